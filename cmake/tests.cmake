@@ -1,0 +1,48 @@
+# One gtest program per module: test/unit/<module>/*.cpp; shared helpers: test/support/*.
+find_package(rostest REQUIRED)
+file(GLOB TSG_SUPPORT_SOURCES CONFIGURE_DEPENDS test/support/*.cpp)
+add_library(tsg_test_support STATIC EXCLUDE_FROM_ALL ${TSG_SUPPORT_SOURCES})
+target_include_directories(tsg_test_support PUBLIC test/support)
+target_compile_definitions(tsg_test_support PUBLIC TSG_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}")
+target_link_libraries(tsg_test_support PUBLIC tsg_core nlohmann_json::nlohmann_json PRIVATE tsg_warnings)
+
+function(tsg_add_unit_test module library)
+  file(GLOB sources CONFIGURE_DEPENDS test/unit/${module}/*.cpp)
+  if(NOT sources)
+    return()
+  endif()
+  catkin_add_gtest(test_${module} ${sources} TIMEOUT 600
+    WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR})
+  target_link_libraries(test_${module} tsg_test_support ${library} gtest_main tsg_warnings)
+endfunction()
+
+foreach(module ${TSG_CORE_MODULES})
+  tsg_add_unit_test(${module} tsg_core)
+endforeach()
+if(TARGET tsg_ros)
+  tsg_add_unit_test(ros tsg_ros)
+endif()
+
+# Rostests: test/ros/<name>.test, with the C++ test node test/ros/<name>.cpp where there is one.
+file(GLOB TSG_ROSTESTS CONFIGURE_DEPENDS test/ros/*.test)
+foreach(launch ${TSG_ROSTESTS})
+  get_filename_component(name ${launch} NAME_WE)
+  if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/test/ros/${name}.cpp)
+    add_rostest_gtest(rostest_${name} test/ros/${name}.test test/ros/${name}.cpp)
+    target_link_libraries(rostest_${name} tsg_test_support tsg_ros tsg_warnings)
+  else()
+    add_rostest(test/ros/${name}.test)
+  endif()
+endforeach()
+
+# Benchmarks: test/benchmark/<name>_benchmark.cpp, built with the tests where google-benchmark is there.
+find_package(benchmark QUIET)
+if(benchmark_FOUND)
+  file(GLOB TSG_BENCHMARKS CONFIGURE_DEPENDS test/benchmark/*_benchmark.cpp)
+  foreach(source ${TSG_BENCHMARKS})
+    get_filename_component(name ${source} NAME_WE)
+    add_executable(${name} EXCLUDE_FROM_ALL ${source})
+    target_link_libraries(${name} PRIVATE tsg_test_support benchmark::benchmark tsg_warnings)
+    add_dependencies(tests ${name})
+  endforeach()
+endif()

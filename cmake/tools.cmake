@@ -1,0 +1,19 @@
+# Offline programs: src/tools/<name>.cpp needs no ROS, src/tools/ros/<name>.cpp does.
+file(GLOB TSG_TOOL_SOURCES CONFIGURE_DEPENDS src/tools/*.cpp)
+foreach(source ${TSG_TOOL_SOURCES})
+  get_filename_component(name ${source} NAME_WE)
+  add_executable(${name} ${source})
+  target_link_libraries(${name} PRIVATE tsg_core nlohmann_json::nlohmann_json tsg_warnings)
+  list(APPEND TSG_INSTALL_PROGRAMS ${name})
+endforeach()
+
+file(GLOB TSG_ROS_TOOL_SOURCES CONFIGURE_DEPENDS src/tools/ros/*.cpp)
+foreach(source ${TSG_ROS_TOOL_SOURCES})
+  get_filename_component(name ${source} NAME_WE)
+  add_executable(${name} ${source})
+  target_link_libraries(${name} PRIVATE tsg_ros nlohmann_json::nlohmann_json tsg_warnings)
+  list(APPEND TSG_INSTALL_PROGRAMS ${name})
+endforeach()
+
+set_target_properties(${TSG_INSTALL_PROGRAMS} PROPERTIES
+  RUNTIME_OUTPUT_DIRECTORY ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_BIN_DESTINATION})

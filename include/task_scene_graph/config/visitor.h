@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+/// Configuration structs list each of their fields once, in a static `visit`:
+///
+///     struct TrackerConfig {
+///       double window_s = 5.0;
+///       Association association = Association::kGreedy;
+///
+///       template <typename Self, typename Visitor>
+///       static void visit(Self& self, Visitor& v) {
+///         v.field("window_s", self.window_s, {0.0, 60.0}, "s", "a track unseen for this long
+///         ends"); v.choice("association", self.association, {{"greedy", Association::kGreedy}},
+///         "how ..."); v.group("frames", self.frames);  // a nested config struct
+///       }
+///     };
+///
+/// The visitors of config.h load, check, print and document any such struct. Field types: bool,
+/// int, double, std::string, std::vector<std::string>. Ranges are inclusive and only checked for
+/// numbers.
+namespace task_scene_graph::config {
+
+struct Range {
+  double min = -std::numeric_limits<double>::infinity();
+  double max = std::numeric_limits<double>::infinity();
+};
+
+template <typename Enum>
+using Choices = std::vector<std::pair<std::string, Enum>>;
+
+}  // namespace task_scene_graph::config

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "task_scene_graph/core/box.h"
+#include "task_scene_graph/core/embedding.h"
+#include "task_scene_graph/core/id.h"
+#include "task_scene_graph/core/mesh.h"
+#include "task_scene_graph/core/stamp.h"
+
+namespace task_scene_graph {
+
+/// One segment of one frame that belongs to a track.
+struct Observation {
+  Stamp stamp;
+  std::uint16_t segment = 0;  ///< label in that frame's label image
+};
+
+/// A track that has ended: the same object seen in several frames [Clio24, Sec. IV-A].
+struct Track {
+  TrackId id;
+  Stamp first_seen;
+  Stamp last_seen;
+  Embedding embedding;  ///< mean over all embedded observations; empty if none was embedded
+  std::vector<Observation> observations;  ///< by time
+};
+
+/// What the tracker says of one segmented frame.
+struct TrackedFrame {
+  Stamp stamp;
+  std::vector<TrackId> segment_tracks;  ///< S, entry s-1 = track of segment s, invalid = none
+  std::vector<TrackId> live;  ///< tracks alive after this frame, ascending; their frames are needed
+  std::vector<Track> finished;  ///< tracks that ended with this frame, ascending by id
+};
+
+/// A task-agnostic object primitive x_i: one finished track, reconstructed. Immutable.
+struct ObjectPrimitive {
+  PrimitiveId id;
+  TrackId track;
+  Mesh mesh;  ///< world frame
+  Aabb box;   ///< world frame, metres
+  Embedding embedding;
+  Stamp first_seen;
+  Stamp last_seen;
+  std::uint32_t num_observations = 0;
+};
+
+using ObjectPrimitivePtr = std::shared_ptr<const ObjectPrimitive>;
+
+/// A sphere of free space around a point of the generalised Voronoi diagram.
+struct Place {
+  PlaceId id;
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< world frame
+  double clearance_m = 0.0;                              ///< distance to the nearest obstacle
+  Embedding embedding;          ///< mean image embedding of the views that see it; empty if none
+  std::uint32_t num_views = 0;  ///< how many views entered the mean
+};
+
+/// Free passage between two places, a < b.
+struct PlaceEdge {
+  PlaceId a;
+  PlaceId b;
+  double clearance_m = 0.0;  ///< smallest clearance along the straight line
+};
+
+struct PlaceGraph {
+  Stamp stamp;
+  std::vector<Place> places;     ///< ascending by id
+  std::vector<PlaceEdge> edges;  ///< ascending by (a, b)
+};
+
+using PlaceGraphPtr = std::shared_ptr<const PlaceGraph>;
+
+}  // namespace task_scene_graph
