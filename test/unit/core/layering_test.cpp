@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <regex>
+#include <string>
+
+namespace task_scene_graph {
+namespace {
+namespace fs = std::filesystem;
+
+// Modules that may know ROS; all others are the library tsg_core.
+bool isRosModule(const fs::path& file) {
+  const std::string path = file.generic_string();
+  for (const char* module : {"/ros/", "/nodelets/"}) {
+    if (path.find(module) != std::string::npos) return true;
+  }
+  return false;
+}
+
+TEST(Layering, TheCoreLibraryIncludesNoRosHeader) {
+  const std::regex ros_include(
+      R"(#include\s*[<"](ros|rosbag|nodelet|pluginlib|cv_bridge|tf2?|tf2_\w+|\w+_msgs|std_srvs|message_filters|image_transport|dynamic_reconfigure|diagnostic_updater|task_scene_graph/(ros/|[A-Z]\w*\.h))[/"\w.])");
+  int files = 0;
+  for (const char* root : {"include", "src"}) {
+    for (const auto& entry : fs::recursive_directory_iterator(fs::path(TSG_SOURCE_DIR) / root)) {
+      if (!entry.is_regular_file() || isRosModule(entry.path())) continue;
+      ++files;
+      std::ifstream stream(entry.path());
+      for (std::string line; std::getline(stream, line);) {
+        EXPECT_FALSE(std::regex_search(line, ros_include)) << entry.path() << ": " << line;
+      }
+    }
+  }
+  EXPECT_GT(files, 10);
+}
+
+}  // namespace
+}  // namespace task_scene_graph
