@@ -23,6 +23,21 @@ if(TARGET tsg_ros)
   tsg_add_unit_test(ros tsg_ros)
 endif()
 
+# tsg_add_python_test(<name> <file>): a unittest file, run with the environment of the devel space.
+function(tsg_add_python_test name file)
+  catkin_run_tests_target(python ${name} python-${name}.xml
+    COMMAND "${CMAKE_COMMAND} -E env TSG_BUILD_DIR=${CMAKE_BINARY_DIR} TSG_SOURCE_DIR=${CMAKE_CURRENT_SOURCE_DIR} TSG_INSTALL_DIR=${CMAKE_INSTALL_PREFIX} ${CMAKE_CURRENT_SOURCE_DIR}/test/support/run_unittest ${CATKIN_TEST_RESULTS_DIR}/${PROJECT_NAME}/python-${name}.xml ${CMAKE_CURRENT_SOURCE_DIR}/${file}"
+    WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR})
+endfunction()
+
+# Python tests of programs and files: test/system/<name>_test.py
+file(GLOB TSG_SYSTEM_TESTS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} CONFIGURE_DEPENDS
+  test/system/*_test.py)
+foreach(file ${TSG_SYSTEM_TESTS})
+  get_filename_component(name ${file} NAME_WE)
+  tsg_add_python_test(${name} ${file})
+endforeach()
+
 # Rostests: test/ros/<name>.test, with the C++ test node test/ros/<name>.cpp where there is one.
 file(GLOB TSG_ROSTESTS CONFIGURE_DEPENDS test/ros/*.test)
 foreach(launch ${TSG_ROSTESTS})

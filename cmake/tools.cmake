@@ -14,6 +14,3 @@ foreach(source ${TSG_ROS_TOOL_SOURCES})
   target_link_libraries(${name} PRIVATE tsg_ros nlohmann_json::nlohmann_json tsg_warnings)
   list(APPEND TSG_INSTALL_PROGRAMS ${name})
 endforeach()
-
-set_target_properties(${TSG_INSTALL_PROGRAMS} PROPERTIES
-  RUNTIME_OUTPUT_DIRECTORY ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_BIN_DESTINATION})
