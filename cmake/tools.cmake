@@ -3,7 +3,8 @@ file(GLOB TSG_TOOL_SOURCES CONFIGURE_DEPENDS src/tools/*.cpp)
 foreach(source ${TSG_TOOL_SOURCES})
   get_filename_component(name ${source} NAME_WE)
   add_executable(${name} ${source})
-  target_link_libraries(${name} PRIVATE tsg_core nlohmann_json::nlohmann_json tsg_warnings)
+  target_link_libraries(${name} PRIVATE tsg_core Boost::program_options
+    nlohmann_json::nlohmann_json tsg_warnings)
   list(APPEND TSG_INSTALL_PROGRAMS ${name})
 endforeach()
 
@@ -11,6 +12,7 @@ file(GLOB TSG_ROS_TOOL_SOURCES CONFIGURE_DEPENDS src/tools/ros/*.cpp)
 foreach(source ${TSG_ROS_TOOL_SOURCES})
   get_filename_component(name ${source} NAME_WE)
   add_executable(${name} ${source})
-  target_link_libraries(${name} PRIVATE tsg_ros nlohmann_json::nlohmann_json tsg_warnings)
+  target_link_libraries(${name} PRIVATE tsg_ros Boost::program_options
+    nlohmann_json::nlohmann_json tsg_warnings)
   list(APPEND TSG_INSTALL_PROGRAMS ${name})
 endforeach()
