@@ -68,7 +68,7 @@ double computeIoU(const VoxelSet& a, const VoxelSet& b) {
 
 bool mayReachIoU(const VoxelSet& a, const VoxelSet& b, double min_iou) {
   if (!a.box.intersects(b.box)) return false;
-  const auto [smaller, larger] = std::minmax(a.size(), b.size());
+  const auto [smaller, larger] = std::minmax({a.size(), b.size()});
   return static_cast<double>(smaller) / static_cast<double>(larger) >= min_iou;
 }
 

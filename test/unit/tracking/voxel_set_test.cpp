@@ -7,10 +7,14 @@
 #include <set>
 #include <tuple>
 
+#include "reference_tracker.h"
+
 namespace task_scene_graph::tracking {
 namespace {
 
-using Voxel = std::tuple<int, int, int>;
+using test::computeIoUBySets;
+using test::computeVoxelsSlowly;
+using test::Voxel;
 
 VoxelSet toVoxelSet(const std::set<Voxel>& voxels) {
   VoxelSet set;
@@ -33,14 +37,6 @@ std::set<Voxel> makeRandomBlob(std::mt19937& random) {
                    std::get<2>(at) + offset(random)});
   }
   return voxels;
-}
-
-double computeIoUBySets(const std::set<Voxel>& a, const std::set<Voxel>& b) {
-  std::set<Voxel> united = a;
-  united.insert(b.begin(), b.end());
-  std::size_t shared = 0;
-  for (const Voxel& voxel : a) shared += b.count(voxel);
-  return united.empty() ? 0.0 : static_cast<double>(shared) / static_cast<double>(united.size());
 }
 
 TEST(VoxelSet, IoUEqualsThatOfPlainSets) {
@@ -76,25 +72,6 @@ TEST(VoxelSet, PackedKeysAreDistinctOverTheWholeGrid) {
     }
   }
   EXPECT_EQ(keys.size(), 125U);
-}
-
-/// Straight from the definition: every pixel unprojected with the camera's own function.
-std::vector<std::set<Voxel>> computeVoxelsSlowly(const RgbdFrame& frame, const cv::Mat& labels,
-                                                 std::size_t num_segments,
-                                                 const PixelFilter& filter) {
-  std::vector<std::set<Voxel>> segments(num_segments);
-  for (int v = 0; v < labels.rows; ++v) {
-    for (int u = 0; u < labels.cols; ++u) {
-      const int label = labels.at<std::uint16_t>(v, u);
-      const double z_m = static_cast<double>(frame.depth.at(u, v));
-      const Eigen::Vector3d p_camera = frame.camera.unproject(u, v, z_m);
-      if (label == 0 || z_m == 0.0 || p_camera.norm() > filter.max_range_m) continue;
-      const Eigen::Vector3d p_world = frame.T_world_camera * p_camera / filter.voxel_size_m;
-      const Eigen::Vector3i voxel = p_world.array().floor().cast<int>();
-      segments[static_cast<std::size_t>(label) - 1].insert({voxel.x(), voxel.y(), voxel.z()});
-    }
-  }
-  return segments;
 }
 
 TEST(SegmentPoints, EqualThoseOfASlowConversion) {
