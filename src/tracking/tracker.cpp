@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "task_scene_graph/tracking/tracker.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "task_scene_graph/config/config.h"
+#include "task_scene_graph/tracking/association.h"
+
+namespace task_scene_graph::tracking {
+namespace {
+
+bool hasSize(const cv::Mat& image, const CameraModel& camera) {
+  return image.cols == camera.width_px && image.rows == camera.height_px;
+}
+
+bool hasDepth(const RgbdFrame& frame) {
+  const int type = frame.depth.image.type();
+  return (type == CV_16UC1 || type == CV_32FC1) && hasSize(frame.depth.image, frame.camera);
+}
+
+bool hasLabels(const Segmentation& segmentation, const CameraModel& camera) {
+  if (segmentation.labels.type() != CV_16UC1 || !hasSize(segmentation.labels, camera)) return false;
+  double largest = 0.0;
+  cv::minMaxIdx(segmentation.labels, nullptr, &largest);
+  return largest <= static_cast<double>(segmentation.numSegments());
+}
+
+/// True if every point within range has voxel coordinates that fit a key.
+bool isInGrid(const Pose& T_world_camera, const TrackerConfig& config) {
+  const double limit_m = kVoxelLimit * config.voxel_size_m - 2.0 * config.max_range_m;
+  return T_world_camera.matrix().allFinite() &&
+         (T_world_camera.translation().array().abs() < limit_m).all();
+}
+
+}  // namespace
+
+AssociationThresholds resolveThresholds(const TrackerConfig& config) {
+  AssociationThresholds thresholds = config.preset == Preset::kClio
+                                         ? AssociationThresholds{0.9, 0.6}
+                                         : AssociationThresholds{0.7, 0.4};
+  if (config.min_cosine > TrackerConfig::kFromPreset) thresholds.min_cosine = config.min_cosine;
+  if (config.min_iou >= 0.0) thresholds.min_iou = config.min_iou;
+  return thresholds;
+}
+
+Tracker::Tracker(const TrackerConfig& config)
+    : config_(config), thresholds_(resolveThresholds(config)) {
+  config::validate(config, "tracker");
+}
+
+bool Tracker::isUsable(const RgbdFrame& frame, const Segmentation& segmentation) const {
+  const Eigen::Index size = segmentation.embeddings.cols();
+  const bool fits = embedding_size_ == 0 || size == 0 || size == embedding_size_;
+  return frame.stamp == segmentation.stamp && fits && segmentation.embeddings.allFinite() &&
+         hasDepth(frame) && isInGrid(frame.T_world_camera, config_) &&
+         hasLabels(segmentation, frame.camera);
+}
+
+TrackedFrame Tracker::makeIgnored(Stamp stamp, const Segmentation& segmentation) const {
+  return {stamp, std::vector<TrackId>(segmentation.numSegments()), liveIds(), {}};
+}
+
+TrackedFrame Tracker::update(const RgbdFrame& frame, const Segmentation& segmentation) {
+  ++counters_.frames;
+  if (has_stamp_ && frame.stamp <= last_stamp_) {
+    ++counters_.out_of_order_frames;
+    return makeIgnored(frame.stamp, segmentation);
+  }
+  if (!isUsable(frame, segmentation)) {
+    ++counters_.invalid_frames;
+    return makeIgnored(frame.stamp, segmentation);
+  }
+  has_stamp_ = true;
+  last_stamp_ = frame.stamp;
+  embedding_size_ = std::max(embedding_size_, segmentation.embeddings.cols());
+
+  TrackedFrame result = makeIgnored(frame.stamp, segmentation);
+  result.finished = endTracks(frame.stamp, config_.window_s);
+  auto segments = computeSegmentPoints(frame, segmentation.labels, segmentation.numSegments(),
+                                       {config_.voxel_size_m, config_.max_range_m});
+  const std::vector<bool> is_selected = selectSegments(segments, segmentation.labels.total());
+  const auto matches = assignGreedily(findCandidates(segments, is_selected, segmentation));
+  associate(matches, segmentation, segments, result);
+  openTracks(is_selected, segmentation, segments, result);
+  result.live = liveIds();
+  return result;
+}
+
+TrackedFrame Tracker::finish() {
+  TrackedFrame result;
+  result.stamp = last_stamp_;
+  result.finished = endTracks(last_stamp_, -std::numeric_limits<double>::infinity());
+  return result;
+}
+
+std::vector<bool> Tracker::selectSegments(const std::vector<SegmentPoints>& segments,
+                                          std::size_t image_pixels) {
+  const double max_pixels = config_.max_image_share * static_cast<double>(image_pixels);
+  std::vector<bool> is_selected(segments.size());
+  for (std::size_t s = 0; s < segments.size(); ++s) {
+    const bool is_small = segments[s].pixels < static_cast<std::size_t>(config_.min_pixels);
+    const bool is_large = static_cast<double>(segments[s].pixels) > max_pixels;
+    counters_.small_segments += is_small ? 1 : 0;
+    counters_.large_segments += is_large && !is_small ? 1 : 0;
+    is_selected[s] = !is_small && !is_large;
+  }
+  counters_.segments += segments.size();
+  return is_selected;
+}
+
+bool Tracker::isSimilar(const LiveTrack& track, const Segmentation& segmentation,
+                        std::size_t segment) const {
+  if (track.mean.size() == 0) return true;
+  const auto embedding =
+      segmentation.embeddings.row(static_cast<Eigen::Index>(segment)).transpose();
+  if (embedding.size() == 0 || embedding.isZero(0.0F)) return true;
+  return computeCosine(embedding, track.mean) >= thresholds_.min_cosine;
+}
+
+std::vector<Candidate> Tracker::findCandidates(const std::vector<SegmentPoints>& segments,
+                                               const std::vector<bool>& is_selected,
+                                               const Segmentation& segmentation) const {
+  std::vector<Candidate> candidates;
+  for (std::size_t s = 0; s < segments.size(); ++s) {
+    if (!is_selected[s]) continue;
+    for (std::size_t t = 0; t < live_.size(); ++t) {
+      const VoxelSet& last_voxels = live_[t].last_voxels;
+      if (!mayReachIoU(segments[s].voxels, last_voxels, thresholds_.min_iou)) continue;
+      if (!isSimilar(live_[t], segmentation, s)) continue;
+      const double iou = computeIoU(segments[s].voxels, last_voxels);
+      if (iou > 0.0 && iou >= thresholds_.min_iou) candidates.push_back({s, t, iou});
+    }
+  }
+  return candidates;
+}
+
+void Tracker::associate(const std::vector<Candidate>& matches, const Segmentation& segmentation,
+                        std::vector<SegmentPoints>& segments, TrackedFrame& result) {
+  for (const Candidate& match : matches) {
+    LiveTrack& track = live_[match.track];
+    observe(track, match.segment, segmentation, segments[match.segment]);
+    result.segment_tracks[match.segment] = track.track.id;
+  }
+  counters_.associations += matches.size();
+}
+
+void Tracker::openTracks(const std::vector<bool>& is_selected, const Segmentation& segmentation,
+                         std::vector<SegmentPoints>& segments, TrackedFrame& result) {
+  for (std::size_t s = 0; s < segments.size(); ++s) {
+    if (!is_selected[s] || result.segment_tracks[s].isValid()) continue;
+    LiveTrack track;
+    track.track.id = TrackId{next_id_++};
+    track.track.first_seen = segmentation.stamp;
+    observe(track, s, segmentation, segments[s]);
+    result.segment_tracks[s] = track.track.id;
+    live_.push_back(std::move(track));
+    ++counters_.tracks_started;
+  }
+}
+
+void Tracker::observe(LiveTrack& track, std::size_t segment, const Segmentation& segmentation,
+                      SegmentPoints& points) {
+  track.track.last_seen = segmentation.stamp;
+  track.track.observations.push_back({segmentation.stamp, static_cast<std::uint16_t>(segment + 1)});
+  track.last_voxels = std::move(points.voxels);
+  const auto embedding =
+      segmentation.embeddings.row(static_cast<Eigen::Index>(segment)).transpose();
+  if (embedding.size() == 0 || embedding.isZero(0.0F)) return;
+  const double weight =
+      config_.feature_weight == FeatureWeight::kPixels ? static_cast<double>(points.pixels) : 1.0;
+  if (track.feature_sum.size() == 0) track.feature_sum.setZero(embedding.size());
+  track.feature_sum += weight * embedding.cast<double>();
+  track.feature_weight += weight;
+  track.mean = (track.feature_sum / track.feature_weight).cast<float>();
+}
+
+std::vector<Track> Tracker::endTracks(Stamp now, double window_s) {
+  const auto has_ended = [&](const LiveTrack& live) {
+    return secondsBetween(live.track.last_seen, now) > window_s;
+  };
+  std::vector<Track> finished;
+  for (LiveTrack& live : live_) {
+    if (!has_ended(live)) continue;
+    if (static_cast<int>(live.track.observations.size()) < config_.min_observations) {
+      ++counters_.tracks_dropped;
+      continue;
+    }
+    live.track.embedding = std::move(live.mean);
+    finished.push_back(std::move(live.track));
+    ++counters_.tracks_finished;
+  }
+  live_.erase(std::remove_if(live_.begin(), live_.end(), has_ended), live_.end());
+  return finished;
+}
+
+std::vector<TrackId> Tracker::liveIds() const {
+  std::vector<TrackId> ids;
+  ids.reserve(live_.size());
+  for (const LiveTrack& live : live_) ids.push_back(live.track.id);
+  return ids;
+}
+
+}  // namespace task_scene_graph::tracking
