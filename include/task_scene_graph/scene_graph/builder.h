@@ -23,11 +23,10 @@ class SceneGraphBuilder {
  public:
   /// @throws config::ConfigError naming every parameter out of range.
   explicit SceneGraphBuilder(const SceneGraphConfig& config);
-  ~SceneGraphBuilder();
 
   /// Replaces the tasks that objects are built for. An empty list is allowed: no objects.
-  /// @throws std::invalid_argument if names and embeddings disagree, or if the embeddings' size is
-  /// not that of the primitives already here; the old tasks stay in force then.
+  /// @throws config::ConfigError if the list is not valid or has names without embeddings, or if
+  /// the embeddings' size is not that of the primitives already here; the old tasks stay in force.
   void setObjectTasks(const TaskList& tasks);
 
   /// Replaces the tasks that regions are built for (the caller gives the object tasks where there

@@ -24,6 +24,8 @@ struct PrimitiveCounters {
   std::size_t without_embedding = 0;  ///< added as pure geometry: in the graph, in no object
   std::size_t repeated = 0;           ///< dropped: a primitive of that id is here already
   std::size_t rejected = 0;  ///< dropped: embedding of another size or not finite, or no box
+
+  PrimitiveCounters& operator+=(const PrimitiveCounters& other);
 };
 
 struct PrimitiveUpdate {
@@ -37,7 +39,7 @@ class ObjectLayer {
   explicit ObjectLayer(const SceneGraphConfig& config);
   ~ObjectLayer();
 
-  /// @throws std::invalid_argument as SceneGraphBuilder::setObjectTasks
+  /// @throws config::ConfigError as SceneGraphBuilder::setObjectTasks
   void setTasks(const TaskList& tasks);
   void setConfig(const SceneGraphConfig& config);
   PrimitiveUpdate add(const std::vector<ObjectPrimitivePtr>& primitives);
@@ -48,12 +50,12 @@ class ObjectLayer {
   std::vector<SceneObject> computeObjects();
 
   std::vector<ObjectPrimitivePtr> primitives() const;  ///< ascending by id
-  const std::vector<std::string>& taskNames() const { return tasks_.names; }
+  const TaskList& tasks() const { return tasks_; }
   const PrimitiveCounters& counters() const { return counters_; }
   Stamp newest() const { return newest_; }  ///< latest last_seen of all primitives
 
  private:
-  bool addOne(const ObjectPrimitivePtr& primitive, PrimitiveUpdate& update);
+  void addOne(const ObjectPrimitivePtr& primitive, PrimitiveUpdate& update);
   std::string findFault(const ObjectPrimitive& primitive) const;
   SceneObject makeObject(const std::vector<std::uint64_t>& members) const;
 
@@ -61,7 +63,7 @@ class ObjectLayer {
   TaskList tasks_;
   std::unique_ptr<bottleneck::IncrementalClustering> clustering_;
   std::map<std::uint64_t, ObjectPrimitivePtr> primitives_;
-  Eigen::Index embedding_size_ = 0;  ///< of tasks and primitives; 0 = not known yet
+  Eigen::Index embedding_size_ = 0;  ///< of the clustered primitives; 0 = there is none yet
   PrimitiveCounters counters_;
   Stamp newest_;
 };

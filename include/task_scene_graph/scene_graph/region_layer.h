@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "task_scene_graph/core/primitives.h"
@@ -35,7 +37,7 @@ class RegionLayer {
   explicit RegionLayer(const SceneGraphConfig& config);
   ~RegionLayer();
 
-  /// @throws std::invalid_argument as SceneGraphBuilder::setPlaceTasks
+  /// @throws config::ConfigError as SceneGraphBuilder::setPlaceTasks
   void setTasks(const TaskList& tasks);
   void setConfig(const SceneGraphConfig& config);
   /// @throws std::invalid_argument as SceneGraphBuilder::setPlaces
@@ -45,16 +47,25 @@ class RegionLayer {
   std::vector<Region> computeRegions();
 
   const PlaceGraphPtr& places() const { return places_; }  ///< never null
-  const std::vector<std::string>& taskNames() const { return tasks_.names; }
+  const TaskList& tasks() const { return tasks_; }
 
  private:
+  using PlaceKeys = std::pair<std::uint64_t, std::uint64_t>;
+
+  std::vector<const Place*> findUsable(const PlaceGraph& graph, PlaceUpdate& update) const;
+  PlaceUpdate apply(const PlaceGraphPtr& places);
+  void eraseEdges(const std::vector<PlaceKeys>& edges, PlaceUpdate& update);
+  void replacePlaces(const std::vector<const Place*>& usable, PlaceUpdate& update);
+  void insertEdges(const std::vector<PlaceKeys>& edges, PlaceUpdate& update);
+  Region makeRegion(const std::vector<std::uint64_t>& members) const;
+  void nameRegion(Region& region) const;
+
   SceneGraphConfig config_;
   TaskList tasks_;
   std::unique_ptr<bottleneck::IncrementalClustering> clustering_;
   PlaceGraphPtr places_;
+  std::vector<const Place*> clustered_;  ///< the places of `places_` that are in `clustering_`
+  std::vector<PlaceKeys> edges_;         ///< ... and the edges between them
 };
-
-/// Edges between regions of which places are joined; ascending. O(edges * log(edges)).
-std::vector<RegionEdge> computeRegionEdges(const SceneGraph& graph);
 
 }  // namespace task_scene_graph::scene_graph

@@ -66,4 +66,7 @@ std::vector<RegionId> computeRegionOfPlaces(const SceneGraph& graph);
 /// there is none. O((objects + places) * log(places)).
 std::vector<RegionId> computeRegionOfObjects(const SceneGraph& graph);
 
+/// The pairs of regions of which places are joined; ascending. O(edges * log(places)).
+std::vector<RegionEdge> computeRegionEdges(const SceneGraph& graph);
+
 }  // namespace task_scene_graph::scene_graph
