@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "task_scene_graph/core/primitives.h"
+#include "task_scene_graph/scene_graph/config.h"
+#include "task_scene_graph/scene_graph/object_layer.h"
+#include "task_scene_graph/scene_graph/region_layer.h"
+#include "task_scene_graph/scene_graph/scene_graph.h"
+#include "task_scene_graph/scene_graph/tasks.h"
+
+namespace task_scene_graph::scene_graph {
+
+/// Clio's back end [Clio24, Sec. IV-B]: gathers object primitives and places and clusters them into
+/// objects and regions for the tasks at hand. Changes are gathered cheaply; the clustering runs in
+/// `snapshot()`, and only over what changed. Not thread-safe: one worker owns it.
+///
+/// Tasks, alpha, delta may be changed at any time: everything is clustered again from the stored
+/// embeddings; a change of delta alone only cuts the merge tapes elsewhere.
+class SceneGraphBuilder {
+ public:
+  /// @throws config::ConfigError naming every parameter out of range.
+  explicit SceneGraphBuilder(const SceneGraphConfig& config);
+
+  /// Replaces the tasks that objects are built for. An empty list is allowed: no objects.
+  /// @throws config::ConfigError if the list is not valid or has names without embeddings, or if
+  /// the embeddings' size is not that of the primitives already here; the old tasks stay in force.
+  void setObjectTasks(const TaskList& tasks);
+
+  /// Replaces the tasks that regions are built for (the caller gives the object tasks where there
+  /// is no list of its own). @throws as setObjectTasks.
+  void setPlaceTasks(const TaskList& tasks);
+
+  /// Takes effect with the next snapshot. @throws config::ConfigError; the old one stays in force
+  /// then.
+  void setConfig(const SceneGraphConfig& config);
+  const SceneGraphConfig& config() const { return config_; }
+
+  /// Adds finished primitives. Bad ones are dropped, counted, and the first of them is explained in
+  /// the result's `error`.
+  PrimitiveUpdate addPrimitives(const std::vector<ObjectPrimitivePtr>& primitives);
+
+  /// Replaces the place graph; only what differs from the one before is touched.
+  /// @throws std::invalid_argument if `places` is null or is not as PlaceGraph says (order of ids,
+  /// edges between places that exist); the old graph stays in force then.
+  PlaceUpdate setPlaces(const PlaceGraphPtr& places);
+
+  /// The graph of everything given so far; the same pointer as before if nothing has changed.
+  /// O(what changed), plus O(primitives * D + objects * places) if anything has.
+  SceneGraphPtr snapshot();
+
+  /// Sums over the whole life of the builder.
+  const PrimitiveCounters& primitiveCounters() const { return objects_->counters(); }
+
+ private:
+  SceneGraphConfig config_;
+  std::unique_ptr<ObjectLayer> objects_;
+  std::unique_ptr<RegionLayer> regions_;
+  SceneGraphPtr snapshot_;  ///< null: something has changed since it was made
+};
+
+}  // namespace task_scene_graph::scene_graph

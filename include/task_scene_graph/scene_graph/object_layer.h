@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "task_scene_graph/core/primitives.h"
+#include "task_scene_graph/scene_graph/config.h"
+#include "task_scene_graph/scene_graph/scene_graph.h"
+#include "task_scene_graph/scene_graph/tasks.h"
+
+namespace task_scene_graph::bottleneck {
+class IncrementalClustering;
+}
+
+namespace task_scene_graph::scene_graph {
+
+/// How many primitives were given, and what became of them.
+struct PrimitiveCounters {
+  std::size_t clustered = 0;          ///< added, with an embedding
+  std::size_t without_embedding = 0;  ///< added as pure geometry: in the graph, in no object
+  std::size_t repeated = 0;           ///< dropped: a primitive of that id is here already
+  std::size_t rejected = 0;  ///< dropped: embedding of another size or not finite, or no box
+
+  PrimitiveCounters& operator+=(const PrimitiveCounters& other);
+};
+
+struct PrimitiveUpdate {
+  PrimitiveCounters counters;  ///< of this call
+  std::string error;           ///< why the first rejected one was; "" if none was
+};
+
+/// The objects: clusters of object primitives whose boxes overlap. Not thread-safe.
+class ObjectLayer {
+ public:
+  explicit ObjectLayer(const SceneGraphConfig& config);
+  ~ObjectLayer();
+
+  /// @throws config::ConfigError as SceneGraphBuilder::setObjectTasks
+  void setTasks(const TaskList& tasks);
+  void setConfig(const SceneGraphConfig& config);
+  PrimitiveUpdate add(const std::vector<ObjectPrimitivePtr>& primitives);
+
+  /// Clusters what changed. An object is published if its cluster's most probable task is not the
+  /// null task and the cosine of its mean embedding to its best task reaches
+  /// SceneGraphConfig::publishedFrom(). Ascending by id, without places.
+  std::vector<SceneObject> computeObjects();
+
+  std::vector<ObjectPrimitivePtr> primitives() const;  ///< ascending by id
+  const TaskList& tasks() const { return tasks_; }
+  const PrimitiveCounters& counters() const { return counters_; }
+  Stamp newest() const { return newest_; }  ///< latest last_seen of all primitives
+
+ private:
+  void addOne(const ObjectPrimitivePtr& primitive, PrimitiveUpdate& update);
+  std::string findFault(const ObjectPrimitive& primitive) const;
+  SceneObject makeObject(const std::vector<std::uint64_t>& members) const;
+
+  SceneGraphConfig config_;
+  TaskList tasks_;
+  std::unique_ptr<bottleneck::IncrementalClustering> clustering_;
+  std::map<std::uint64_t, ObjectPrimitivePtr> primitives_;
+  Eigen::Index embedding_size_ = 0;  ///< of the clustered primitives; 0 = there is none yet
+  PrimitiveCounters counters_;
+  Stamp newest_;
+};
+
+}  // namespace task_scene_graph::scene_graph

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "task_scene_graph/scene_graph/scene_graph.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <utility>
+
+namespace task_scene_graph::scene_graph {
+namespace {
+
+std::map<PlaceId, RegionId> mapPlacesToRegions(const SceneGraph& graph) {
+  std::map<PlaceId, RegionId> region_of;
+  for (const auto& region : graph.regions) {
+    for (const PlaceId place : region.places) region_of[place] = region.id;
+  }
+  return region_of;
+}
+
+RegionId findRegion(const std::map<PlaceId, RegionId>& region_of, PlaceId place) {
+  const auto found = region_of.find(place);
+  return found == region_of.end() ? RegionId{} : found->second;
+}
+
+}  // namespace
+
+std::vector<RegionId> computeRegionOfPlaces(const SceneGraph& graph) {
+  const auto region_of = mapPlacesToRegions(graph);
+  std::vector<RegionId> regions;
+  for (const auto& place : graph.places->places) regions.push_back(findRegion(region_of, place.id));
+  return regions;
+}
+
+std::vector<RegionId> computeRegionOfObjects(const SceneGraph& graph) {
+  const auto region_of = mapPlacesToRegions(graph);
+  std::vector<RegionId> regions;
+  for (const auto& object : graph.objects) regions.push_back(findRegion(region_of, object.place));
+  return regions;
+}
+
+std::vector<RegionEdge> computeRegionEdges(const SceneGraph& graph) {
+  const auto region_of = mapPlacesToRegions(graph);
+  std::set<std::pair<RegionId, RegionId>> joined;
+  for (const auto& edge : graph.places->edges) {
+    const RegionId a = findRegion(region_of, edge.a);
+    const RegionId b = findRegion(region_of, edge.b);
+    if (!a.isValid() || !b.isValid() || a == b) continue;
+    joined.insert(std::minmax(a, b));
+  }
+  std::vector<RegionEdge> edges;
+  for (const auto& [a, b] : joined) edges.push_back({a, b});
+  return edges;
+}
+
+}  // namespace task_scene_graph::scene_graph

@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "json_stream.h"
+#include "task_scene_graph/core/files.h"
+#include "task_scene_graph/scene_graph/files.h"
+
+// The layout is that of spark_dsg 1.1.3: a node is {id, layer, partition, attributes}, its id a
+// character in the top byte and a number below it. Attributes that are left out get that library's
+// defaults.
+namespace task_scene_graph::scene_graph {
+namespace {
+
+/// Single precision: embeddings keep every bit in half the characters that doubles take.
+using Json = nlohmann::basic_json<std::map, std::vector, std::string, bool, std::int64_t,
+                                  std::uint64_t, float>;
+
+constexpr int kSegments = 1;
+constexpr int kObjects = 2;
+constexpr int kPlaces = 3;
+constexpr int kRooms = 4;
+
+std::uint64_t toNodeId(char prefix, std::uint64_t index) {
+  return (static_cast<std::uint64_t>(prefix) << 56U) | index;
+}
+std::uint64_t toNodeId(PrimitiveId id) { return toNodeId('s', id.value); }
+std::uint64_t toNodeId(ObjectId id) { return toNodeId('O', id.value); }
+std::uint64_t toNodeId(PlaceId id) { return toNodeId('p', id.value); }
+std::uint64_t toNodeId(RegionId id) { return toNodeId('l', id.value); }
+
+Json toJson(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+Json toJson(Stamp stamp) { return static_cast<std::uint64_t>(std::max<std::int64_t>(0, stamp.ns)); }
+Json makeIdentity() { return {{"w", 1}, {"x", 0}, {"y", 0}, {"z", 0}}; }
+
+Json toJson(const Aabb& box) {
+  return {{"type", "AABB"},
+          {"dimensions", toJson(Eigen::Vector3d(box.sizes()))},
+          {"world_P_center", toJson(Eigen::Vector3d(box.center()))},
+          {"world_R_center", makeIdentity()}};
+}
+
+/// A column vector.
+Json toJson(const Embedding& embedding) {
+  return {{"rows", embedding.size()},
+          {"cols", 1},
+          {"data", std::vector<float>(embedding.data(), embedding.data() + embedding.size())}};
+}
+
+/// Coordinates to the tenth of a millimetre: meshes are large.
+float roundCoordinate(double value_m) {
+  return static_cast<float>(std::round(value_m * 1e4) / 1e4);
+}
+
+/// Vertices relative to the centre of the node's box, as that library's viewers expect.
+Json toJson(const Mesh& mesh, const Eigen::Vector3d& center_m) {
+  Json points = Json::array();
+  for (const auto& vertex : mesh.vertices) {
+    const Eigen::Vector3d p_box = vertex.cast<double>() - center_m;
+    points.push_back(
+        {roundCoordinate(p_box.x()), roundCoordinate(p_box.y()), roundCoordinate(p_box.z())});
+  }
+  Json colors = Json::array();
+  for (const auto& [r, g, b] : mesh.colors) {
+    colors.push_back({{"r", r}, {"g", g}, {"b", b}, {"a", 255}});
+  }
+  return {{"points", points},
+          {"colors", colors},
+          {"faces", mesh.triangles},
+          {"has_colors", mesh.colors.size() == mesh.vertices.size()},
+          {"has_timestamps", false},
+          {"has_labels", false},
+          {"has_first_seen_stamps", false}};
+}
+
+Json makeNode(std::uint64_t id, int layer, Json attributes) {
+  return {{"id", id}, {"layer", layer}, {"partition", 0}, {"attributes", std::move(attributes)}};
+}
+
+class Writer {
+ public:
+  Writer(const SceneGraph& graph, const SparkDsgOptions& options, std::ostream& stream)
+      : graph_(graph), options_(options), stream_(stream) {
+    for (const auto& primitive : graph.primitives) primitives_[primitive->id] = primitive.get();
+  }
+
+  void write() {
+    JsonObjectStream out(stream_, makeHead());
+    out.beginList("nodes");
+    if (options_.primitives) {
+      for (const auto& primitive : graph_.primitives) out.addElement(toNode(*primitive));
+    }
+    for (const auto& object : graph_.objects) out.addElement(toNode(object));
+    for (const auto& place : graph_.places->places) out.addElement(toNode(place));
+    for (const auto& region : graph_.regions) out.addElement(toNode(region));
+    out.endList();
+    out.beginList("edges");
+    writeEdgesWithin(out);
+    writeEdgesBetween(out);
+    out.endList();
+    out.finish();
+  }
+
+ private:
+  Json makeHead() const {
+    Json names = {{"OBJECTS", kObjects}, {"PLACES", kPlaces}, {"ROOMS", kRooms}};
+    if (options_.primitives) names["SEGMENTS"] = kSegments;
+    Json keys = Json::array();
+    for (auto& name : names) {
+      name = {{"layer", name.get<int>()}, {"partition", 0}};
+      keys.push_back(name);
+    }
+    return {{"SPARK_DSG_header",
+             {{"project_name", "main"}, {"version", {{"major", 1}, {"minor", 1}, {"patch", 3}}}}},
+            {"directed", false},
+            {"multigraph", false},
+            {"layer_keys", keys},
+            {"layer_names", names},
+            {"metadata", makeMetadata()}};
+  }
+
+  Json makeMetadata() const {
+    ConfigJson<Json> config;
+    SceneGraphConfig::visit(graph_.config, config);
+    return {{"object_tasks", graph_.object_tasks},
+            {"place_tasks", graph_.place_tasks},
+            {"config", config.map},
+            {"stamp_ns", graph_.stamp.ns},
+            {"frame", "world"}};
+  }
+
+  /// What every node has.
+  Json makeAttributes(const char* type, const Eigen::Vector3d& position_m,
+                      const Embedding& embedding) const {
+    Json attributes = {{"type", type}, {"position", toJson(position_m)}, {"is_active", false}};
+    if (options_.embeddings && embedding.size() > 0) {
+      attributes["semantic_feature"] = toJson(embedding);
+    }
+    return attributes;
+  }
+
+  Json makeSolid(const Eigen::Vector3d& position_m, const Embedding& embedding, const Aabb& box,
+                 Stamp first_seen, Stamp last_seen) const {
+    Json attributes = makeAttributes("KhronosObjectAttributes", position_m, embedding);
+    attributes["bounding_box"] = toJson(box);
+    attributes["first_observed_ns"] = {toJson(first_seen)};
+    attributes["last_observed_ns"] = {toJson(last_seen)};
+    attributes["last_update_time_ns"] = toJson(last_seen);
+    attributes["world_R_object"] = makeIdentity();
+    return attributes;
+  }
+
+  Json toNode(const ObjectPrimitive& primitive) const {
+    Json attributes = makeSolid(primitive.box.center(), primitive.embedding, primitive.box,
+                                primitive.first_seen, primitive.last_seen);
+    attributes["metadata"] = {{"track", primitive.track.value},
+                              {"num_observations", primitive.num_observations}};
+    if (options_.meshes) attributes["mesh"] = toJson(primitive.mesh, primitive.box.center());
+    return makeNode(toNodeId(primitive.id), kSegments, attributes);
+  }
+
+  Json toNode(const SceneObject& object) const {
+    Json attributes = makeSolid(object.position_m, object.embedding, object.box, object.first_seen,
+                                object.last_seen);
+    attributes["name"] = object.task;
+    attributes["semantic_label"] = object.task_index;
+    attributes["metadata"] = {{"score", object.score}};
+    for (const PrimitiveId id : object.primitives) {
+      attributes["metadata"]["primitives"].push_back(id.value);
+    }
+    if (options_.meshes) attributes["mesh"] = toJson(joinMeshes(object), object.box.center());
+    return makeNode(toNodeId(object.id), kObjects, attributes);
+  }
+
+  Json toNode(const Place& place) const {
+    Json attributes = makeAttributes("PlaceNodeAttributes", place.position_m, place.embedding);
+    attributes["distance"] = place.clearance_m;
+    attributes["real_place"] = true;
+    attributes["last_update_time_ns"] = toJson(graph_.places->stamp);
+    attributes["metadata"] = {{"num_views", place.num_views}};
+    return makeNode(toNodeId(place.id), kPlaces, attributes);
+  }
+
+  Json toNode(const Region& region) const {
+    Json attributes = makeAttributes("RoomNodeAttributes", region.position_m, region.embedding);
+    attributes["name"] = region.task;
+    if (region.task_index >= 0) attributes["semantic_label"] = region.task_index;
+    attributes["last_update_time_ns"] = toJson(graph_.places->stamp);
+    attributes["metadata"] = {{"score", region.score}};
+    return makeNode(toNodeId(region.id), kRooms, attributes);
+  }
+
+  Mesh joinMeshes(const SceneObject& object) const {
+    Mesh mesh;
+    for (const PrimitiveId id : object.primitives) mesh.append(primitives_.at(id)->mesh);
+    return mesh;
+  }
+
+  static void addEdge(JsonObjectStream& out, std::uint64_t source, std::uint64_t target) {
+    out.addElement(
+        Json{{"source", source},
+             {"target", target},
+             {"info", {{"type", "EdgeAttributes"}, {"weighted", false}, {"weight", 1}}}});
+  }
+
+  void writeEdgesWithin(JsonObjectStream& out) const {
+    for (const auto& edge : graph_.places->edges) {
+      const Json info = {
+          {"type", "EdgeAttributes"}, {"weighted", true}, {"weight", edge.clearance_m}};
+      out.addElement(
+          Json{{"source", toNodeId(edge.a)}, {"target", toNodeId(edge.b)}, {"info", info}});
+    }
+    for (const auto& edge : graph_.region_edges) addEdge(out, toNodeId(edge.a), toNodeId(edge.b));
+  }
+
+  /// Parents first: region -> place -> object -> primitive.
+  void writeEdgesBetween(JsonObjectStream& out) const {
+    for (const auto& region : graph_.regions) {
+      for (const PlaceId place : region.places) addEdge(out, toNodeId(region.id), toNodeId(place));
+    }
+    for (const auto& object : graph_.objects) {
+      if (object.place.isValid()) addEdge(out, toNodeId(object.place), toNodeId(object.id));
+      if (!options_.primitives) continue;
+      for (const PrimitiveId id : object.primitives) {
+        addEdge(out, toNodeId(object.id), toNodeId(id));
+      }
+    }
+  }
+
+  const SceneGraph& graph_;
+  const SparkDsgOptions& options_;
+  std::ostream& stream_;
+  std::map<PrimitiveId, const ObjectPrimitive*> primitives_;
+};
+
+}  // namespace
+
+void writeSparkDsg(const std::string& path, const SceneGraph& graph,
+                   const SparkDsgOptions& options) {
+  writeFileAtomically(path, [&](std::ostream& stream) { Writer(graph, options, stream).write(); });
+}
+
+}  // namespace task_scene_graph::scene_graph
