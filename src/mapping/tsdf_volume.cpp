@@ -11,6 +11,11 @@ const TsdfBlock* TsdfVolume::findBlock(const GridIndex& block) const {
   return found == blocks_.end() ? nullptr : found->second.get();
 }
 
+TsdfBlock* TsdfVolume::findBlock(const GridIndex& block) {
+  const auto found = blocks_.find(block);
+  return found == blocks_.end() ? nullptr : found->second.get();
+}
+
 const TsdfVoxel* TsdfVolume::findVoxel(const GridIndex& voxel) const {
   const TsdfBlock* block = findBlock(computeBlockIndex(voxel));
   if (block == nullptr) return nullptr;

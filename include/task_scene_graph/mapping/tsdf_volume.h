@@ -34,13 +34,22 @@ struct GridIndexHash {
 struct TsdfVoxel {
   float distance_m = 0.0F;
   float weight = 0.0F;
-  std::array<std::uint8_t, 3> color{};  ///< RGB
 };
 
-/// 8 x 8 x 8 voxels, x fastest.
+/// RGB; `known` is 0 until a pixel near the surface has coloured the voxel. Four bytes, so that a
+/// row of voxels is blended with vector instructions.
+struct VoxelColor {
+  std::uint8_t r = 0;
+  std::uint8_t g = 0;
+  std::uint8_t b = 0;
+  std::uint8_t known = 0;
+};
+
+/// 8 x 8 x 8 voxels, x fastest. Colours lie apart from distances: most readers need no colour.
 struct TsdfBlock {
   GridIndex index = GridIndex::Zero();
   std::array<TsdfVoxel, kBlockVoxels> voxels{};
+  std::array<VoxelColor, kBlockVoxels> colors{};
 
   static int computeLinearIndex(const GridIndex& local) {
     return local.x() + kBlockSide * (local.y() + kBlockSide * local.z());
@@ -58,8 +67,11 @@ class TsdfVolume {
   const Blocks& blocks() const { return blocks_; }
 
   const TsdfBlock* findBlock(const GridIndex& block) const;
+  TsdfBlock* findBlock(const GridIndex& block);
   /// The voxel, or nullptr if its block was never allocated. O(1).
   const TsdfVoxel* findVoxel(const GridIndex& voxel) const;
+  /// The block, made of never observed voxels if it was not there. Pointers to blocks stay valid
+  /// until the block is removed.
   TsdfBlock& allocateBlock(const GridIndex& block);
   void removeBlock(const GridIndex& block);
 
