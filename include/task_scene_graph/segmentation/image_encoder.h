@@ -84,8 +84,8 @@ class ImageEncoder {
   void cancel() { network_.cancel(); }
 
  private:
-  void checkSignature();
-  void warmUp(const ImageEncoderConfig& config, bool all_sizes);
+  void checkSignature() const;
+  void warmUp(bool all_sizes);
   void writeTensor(const cv::Mat& square, ColorOrder order, float* tensor) const;
   EmbeddingMatrix runBatch(const std::vector<float>& tensor, const Batch& batch) const;
   std::vector<Batch> plan(int num_crops) const;

@@ -55,7 +55,7 @@ struct EngineConfig {
 /// A float32 tensor, row-major, whose values `owner` keeps alive (or the caller, if it is null).
 struct TensorView {
   std::vector<std::int64_t> shape;
-  const float* values = nullptr;
+  const float* values = nullptr;  ///< null for an output of another element type
   std::shared_ptr<const void> owner;
 };
 
@@ -91,7 +91,7 @@ class Network {
 
   /// Runs a network of one float32 input; one view per output, in the file's order. The input is
   /// not copied, the outputs are owned by the views.
-  /// @throws Cancelled after `cancel`; InferenceError if the run fails or an output is not float32.
+  /// @throws Cancelled after `cancel`; InferenceError if the run fails, naming the file and shapes.
   std::vector<TensorView> run(const TensorView& input) const;
 
   /// Ends a running `run` within milliseconds; it and all later ones throw Cancelled.
