@@ -36,7 +36,7 @@ void paint(const SegmentMask& segment, Label label, LabelImage& labels) {
 /// Erosion of all segments at once: a pixel stays if its 3x3 neighbours all have its label (outside
 /// the image counts as another one).
 LabelImage erode(const LabelImage& labels) {
-  LabelImage cores = LabelImage::zeros(labels.size());
+  LabelImage cores(labels.size(), Label{0});
   for (int v = 1; v + 1 < labels.rows; ++v) {
     const Label* above = labels[v - 1];
     const Label* here = labels[v];
@@ -113,7 +113,7 @@ LabelledSegments paintLabels(const std::vector<SegmentMask>& masks, cv::Size ima
     throw std::invalid_argument(std::to_string(masks.size()) +
                                 " masks, expected at most 65535 for a 16-bit label image");
   }
-  LabelImage labels = LabelImage::zeros(image_size_px);
+  LabelImage labels(image_size_px, Label{0});
   for (const std::size_t i : orderForPainting(masks)) {
     paint(masks[i], static_cast<Label>(i + 1), labels);
   }

@@ -60,28 +60,30 @@ Axis makeAxis(const AxisMap& map, int first_pixel, int num_pixels) {
   return axis;
 }
 
-/// First whole pixel inside [begin, end) and their number, within [0, size).
-std::pair<int, int> wholePixels(double begin, double end, int size) {
-  const int first = static_cast<int>(std::ceil(std::clamp(begin, 0.0, static_cast<double>(size))));
-  const int last = static_cast<int>(std::ceil(std::clamp(end, 0.0, static_cast<double>(size))));
-  return {first, last - first};
+/// First image pixel inside [begin, begin + length), given in input pixels, and their number.
+std::pair<int, int> pixelsInside(double begin, double length, double offset, double scale,
+                                 int size) {
+  const auto toImage = [&](double input) {
+    return std::clamp((input - offset) / scale, 0.0, static_cast<double>(size));
+  };
+  const int first = static_cast<int>(std::ceil(toImage(begin)));
+  const int end = static_cast<int>(std::ceil(toImage(begin + length)));
+  return {first, end - first};
 }
 
 cv::Rect toImageBox(const cv::Rect2f& box, const Letterbox& letterbox) {
   const cv::Rect& content = letterbox.content_px;
-  const auto [x, width] = wholePixels((box.x - content.x) / letterbox.scale_x,
-                                      (box.x + box.width - content.x) / letterbox.scale_x,
-                                      letterbox.image_size_px.width);
-  const auto [y, height] = wholePixels((box.y - content.y) / letterbox.scale_y,
-                                       (box.y + box.height - content.y) / letterbox.scale_y,
-                                       letterbox.image_size_px.height);
+  const cv::Size& size = letterbox.image_size_px;
+  const auto [x, width] = pixelsInside(box.x, box.width, content.x, letterbox.scale_x, size.width);
+  const auto [y, height] =
+      pixelsInside(box.y, box.height, content.y, letterbox.scale_y, size.height);
   return {x, y, width, height};
 }
 
 /// Mask logits on the cells that the box needs.
 cv::Mat1f computeLogits(const RawDetections& raw, std::size_t anchor, const Axis& x,
                         const Axis& y) {
-  cv::Mat1f logits = cv::Mat1f::zeros(y.num_cells, x.num_cells);
+  cv::Mat1f logits(y.num_cells, x.num_cells, 0.0F);
   const auto side = static_cast<std::size_t>(raw.prototype_size_px);
   const auto first_weight = static_cast<std::size_t>(4 + raw.num_classes);
   for (std::size_t k = 0; k < static_cast<std::size_t>(raw.num_prototypes); ++k) {
