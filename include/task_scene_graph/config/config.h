@@ -56,6 +56,10 @@ template <>
 struct TypeName<std::vector<std::string>> {
   static constexpr const char* value = "list of strings";
 };
+template <>
+struct TypeName<std::vector<double>> {
+  static constexpr const char* value = "list of numbers";
+};
 
 /// Reads a YAML map into a struct; gathers violations instead of throwing at the first.
 class Loader {
@@ -118,6 +122,8 @@ class Checker {
   void field(const char* name, const T& value, Range range, const char* unit, const char*) {
     if constexpr (std::is_same_v<T, int> || std::is_same_v<T, double>) {
       check(name, static_cast<double>(value), range, unit);
+    } else if constexpr (std::is_same_v<T, std::vector<double>>) {
+      for (const double item : value) check(name, item, range, unit);
     }
   }
   template <typename Enum>
@@ -170,6 +176,9 @@ class Documenter {
       text = value ? "true" : "false";
     } else if constexpr (std::is_same_v<T, std::string>) {
       text = '"' + value + '"';
+    } else if constexpr (std::is_same_v<T, std::vector<double>>) {
+      for (const double item : value) text += (text.empty() ? "" : ", ") + formatNumber(item);
+      text = '[' + text + ']';
     } else {
       for (const auto& item : value) text += (text.empty() ? "" : ", ") + item;
       text = '[' + text + ']';

@@ -21,8 +21,8 @@
 ///     };
 ///
 /// The visitors of config.h load, check, print and document any such struct. Field types: bool,
-/// int, double, std::string, std::vector<std::string>. Ranges are inclusive and only checked for
-/// numbers.
+/// int, double, std::string, std::vector<std::string>, std::vector<double>. Ranges are inclusive and
+/// only checked for numbers.
 namespace task_scene_graph::config {
 
 struct Range {

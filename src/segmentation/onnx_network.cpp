@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "onnx_runtime.h"
+
+#ifdef TSG_WITH_ONNXRUNTIME
+
+#include <algorithm>
+#include <atomic>
+#include <filesystem>
+#include <utility>
+
+#include "task_scene_graph/segmentation/inference_engine.h"
+
+namespace task_scene_graph::segmentation {
+namespace {
+
+const char* toProviderName(ExecutionProvider provider) {
+  switch (provider) {
+    case ExecutionProvider::kCuda:
+      return "CUDAExecutionProvider";
+    case ExecutionProvider::kTensorRt:
+      return "TensorrtExecutionProvider";
+    case ExecutionProvider::kCpu:
+      break;
+  }
+  return "CPUExecutionProvider";
+}
+
+void requireProvider(const char* wanted) {
+  const std::vector<std::string> present = Ort::GetAvailableProviders();
+  if (std::find(present.begin(), present.end(), wanted) != present.end()) return;
+  std::string names;
+  for (const auto& name : present) names += (names.empty() ? "" : ", ") + name;
+  throw InferenceError(std::string("this ONNX Runtime has no ") + wanted + ", only " + names +
+                       " (parameter engine/provider)");
+}
+
+void appendProvider(Ort::SessionOptions& options, const EngineConfig& config) {
+  requireProvider(toProviderName(config.provider));
+  if (config.provider == ExecutionProvider::kTensorRt) {
+    OrtTensorRTProviderOptions tensorrt{};
+    tensorrt.device_id = config.device_id;
+    options.AppendExecutionProvider_TensorRT(tensorrt);
+  }
+  if (config.provider != ExecutionProvider::kCpu) {  // also what TensorRT leaves over
+    OrtCUDAProviderOptions cuda{};
+    cuda.device_id = config.device_id;
+    options.AppendExecutionProvider_CUDA(cuda);
+  }
+}
+
+Ort::SessionOptions makeOptions(const EngineConfig& config) {
+  Ort::SessionOptions options;
+  options.SetIntraOpNumThreads(resolveNumThreads(config));
+  options.SetInterOpNumThreads(1);
+  options.AddConfigEntry("session.intra_op.allow_spinning", config.allow_spinning ? "1" : "0");
+  appendProvider(options, config);
+  return options;
+}
+
+std::string toTypeName(ONNXTensorElementDataType type) {
+  static const char* const kNames[] = {"undefined", "float32", "uint8",  "int8",   "uint16",
+                                       "int16",     "int32",   "int64",  "string", "bool",
+                                       "float16",   "float64", "uint32", "uint64"};
+  const auto index = static_cast<std::size_t>(type);
+  return index < std::size(kNames) ? kNames[index] : "type " + std::to_string(index);
+}
+
+TensorInfo describeTensor(std::string name, const Ort::TypeInfo& type) {
+  if (type.GetONNXType() != ONNX_TYPE_TENSOR) return {std::move(name), "not a tensor", {}};
+  const auto tensor = type.GetTensorTypeAndShapeInfo();
+  return {std::move(name), toTypeName(tensor.GetElementType()), tensor.GetShape()};
+}
+
+std::vector<TensorInfo> describeInputs(const Ort::Session& session) {
+  Ort::AllocatorWithDefaultOptions allocator;
+  std::vector<TensorInfo> infos;
+  for (std::size_t i = 0; i < session.GetInputCount(); ++i) {
+    infos.push_back(describeTensor(session.GetInputNameAllocated(i, allocator).get(),
+                                   session.GetInputTypeInfo(i)));
+  }
+  return infos;
+}
+
+std::vector<TensorInfo> describeOutputs(const Ort::Session& session) {
+  Ort::AllocatorWithDefaultOptions allocator;
+  std::vector<TensorInfo> infos;
+  for (std::size_t i = 0; i < session.GetOutputCount(); ++i) {
+    infos.push_back(describeTensor(session.GetOutputNameAllocated(i, allocator).get(),
+                                   session.GetOutputTypeInfo(i)));
+  }
+  return infos;
+}
+
+TensorView toView(Ort::Value&& value) {
+  const auto owner = std::make_shared<const Ort::Value>(std::move(value));
+  const auto info = owner->GetTensorTypeAndShapeInfo();
+  const bool is_float = info.GetElementType() == ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT;
+  return {info.GetShape(), is_float ? owner->GetTensorData<float>() : nullptr, owner};
+}
+
+Ort::Value wrapInput(const TensorView& input) {
+  std::size_t count = 1;
+  for (const std::int64_t size : input.shape) count *= static_cast<std::size_t>(size);
+  const auto memory = Ort::MemoryInfo::CreateCpu(OrtArenaAllocator, OrtMemTypeDefault);
+  // ONNX Runtime takes inputs as mutable but does not write to them.
+  return Ort::Value::CreateTensor<float>(memory, const_cast<float*>(input.values), count,
+                                         input.shape.data(), input.shape.size());
+}
+
+std::vector<const char*> namesOf(const std::vector<TensorInfo>& infos) {
+  std::vector<const char*> names;
+  for (const auto& info : infos) names.push_back(info.name.c_str());
+  return names;
+}
+
+}  // namespace
+
+struct Network::Session {
+  Ort::Session session{nullptr};
+  mutable Ort::RunOptions run_options{nullptr};  // shared by all runs, so that one flag ends them
+  std::atomic<bool> cancelled{false};
+};
+
+Network::Network(const std::string& path, const EngineConfig& config)
+    : path_(path), session_(std::make_unique<Session>()) {
+  Ort::Env& environment = openOnnxRuntime(config.library);
+  if (!std::filesystem::is_regular_file(path)) {
+    throw InferenceError("network file '" + path + "' is not there");
+  }
+  try {
+    session_->session = Ort::Session(environment, path.c_str(), makeOptions(config));
+    session_->run_options = Ort::RunOptions();
+    inputs_ = describeInputs(session_->session);
+    outputs_ = describeOutputs(session_->session);
+  } catch (const Ort::Exception& e) {
+    throw InferenceError("network file '" + path + "' cannot be loaded: " + e.what());
+  }
+}
+
+Network::~Network() = default;
+
+std::vector<TensorView> Network::run(const TensorView& input) const {
+  if (isCancelled()) throw Cancelled();
+  try {
+    const Ort::Value value = wrapInput(input);
+    const char* input_name = inputs_.at(0).name.c_str();
+    const std::vector<const char*> output_names = namesOf(outputs_);
+    std::vector<Ort::Value> values = session_->session.Run(
+        session_->run_options, &input_name, &value, 1, output_names.data(), output_names.size());
+    std::vector<TensorView> views;
+    for (auto& output : values) views.push_back(toView(std::move(output)));
+    return views;
+  } catch (const Ort::Exception& e) {
+    if (isCancelled()) throw Cancelled();
+    throw InferenceError("network '" + path_ + "' failed on an input " + toText(input.shape) +
+                         ", it has " + toText(inputs_) + ": " + e.what());
+  }
+}
+
+void Network::cancel() {
+  session_->cancelled = true;
+  session_->run_options.SetTerminate();
+}
+
+bool Network::isCancelled() const { return session_->cancelled; }
+
+}  // namespace task_scene_graph::segmentation
+
+#endif

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "task_scene_graph/segmentation/segmenter.h"
+
+#include <atomic>
+#include <optional>
+#include <stdexcept>
+#include <vector>
+
+#include "task_scene_graph/config/config.h"
+#include "task_scene_graph/core/parallel.h"
+#include "task_scene_graph/segmentation/label_painter.h"
+#include "task_scene_graph/segmentation/letterbox.h"
+#include "task_scene_graph/segmentation/mask_decoder.h"
+
+namespace task_scene_graph::segmentation {
+namespace {
+
+void checkImage(const cv::Mat& image) {
+  if (image.type() == CV_8UC3 && !image.empty()) return;
+  throw std::invalid_argument("colour image is " + std::to_string(image.cols) + "x" +
+                              std::to_string(image.rows) + " of OpenCV type " +
+                              cv::typeToString(image.type()) +
+                              ", expected CV_8UC3 and at least one pixel");
+}
+
+void checkSegmenterSignature(const Network& network) {
+  const auto& inputs = network.inputs();
+  const auto& outputs = network.outputs();
+  const bool valid = inputs.size() == 1 && inputs[0].element_type == "float32" &&
+                     inputs[0].shape.size() == 4 && inputs[0].shape[1] != 1 &&
+                     inputs[0].shape[2] == inputs[0].shape[3] && outputs.size() == 2 &&
+                     outputs[0].element_type == "float32" && outputs[1].element_type == "float32";
+  if (valid) return;
+  throw InferenceError("segmenter '" + network.path() + "' has inputs " + toText(inputs) +
+                       " and outputs " + toText(outputs) +
+                       ", expected FastSAM's float32[1,3,S,S] -> float32[1,4+classes+K,A] and "
+                       "float32[1,K,P,P]");
+}
+
+ModelSet applyOverrides(ModelSet models, const SegmenterConfig& config) {
+  if (config.score_threshold >= 0.0) models.segmenter_score_threshold = config.score_threshold;
+  if (config.iou_threshold >= 0.0) models.segmenter_iou_threshold = config.iou_threshold;
+  return models;
+}
+
+cv::Rect padBox(const cv::Rect& box, int padding_px, cv::Size image_size_px) {
+  const cv::Rect padded(box.x - padding_px, box.y - padding_px, box.width + 2 * padding_px,
+                        box.height + 2 * padding_px);
+  return padded & cv::Rect({0, 0}, image_size_px);
+}
+
+}  // namespace
+
+class Segmenter::Implementation {
+ public:
+  Implementation(const ModelSet& models, const SegmenterConfig& config)
+      : models_(applyOverrides(models, config)),
+        config_(config),
+        num_threads_(resolveNumThreads(config.engine)),
+        network_(models.segmenter, config.engine) {
+    checkSegmenterSignature(network_);
+    const std::int64_t side = network_.inputs()[0].shape[2];
+    input_size_px_ = side > 0 ? static_cast<int>(side) : models.segmenter_input_size_px;
+    if (config.embed_crop || config.embed_masked_crop || config.embed_image) {
+      encoder_.emplace(models, config.engine, config.encoder);
+    }
+    findSegments({{}, cv::Mat::zeros(480, 640, CV_8UC3), ColorOrder::kRgb, nullptr});
+  }
+
+  Segmentation segment(const ColorImage& color) {
+    checkImage(color.image);
+    const LabelledSegments segments = findSegments(color);
+    Segmentation result;
+    result.stamp = color.stamp;
+    result.labels = segments.labels;
+    result.confidences = segments.scores;
+    embed(color, segments, result);
+    ++counters_.images;
+    if (segments.scores.empty()) ++counters_.images_without_segments;
+    return result;
+  }
+
+  void cancel() {
+    network_.cancel();
+    if (encoder_) encoder_->cancel();
+  }
+
+  const SegmenterCounters& counters() const { return counters_; }
+  int embeddingSize() const { return models_.embedding_size; }
+
+ private:
+  LabelledSegments findSegments(const ColorImage& color) {
+    const Letterbox letterbox = computeLetterbox(color.image.size(), input_size_px_);
+    const std::int64_t side = input_size_px_;
+    tensor_.resize(static_cast<std::size_t>(3 * side * side));
+    fillLetterboxTensor(color, letterbox, tensor_.data());
+    const auto outputs = network_.run({{1, 3, side, side}, tensor_.data(), nullptr});
+    const RawDetections raw = interpretOutputs(outputs, network_.path());
+    const std::vector<Detection> detections = suppressOverlaps(
+        findCandidates(raw, models_.segmenter_score_threshold), models_.segmenter_iou_threshold,
+        static_cast<std::size_t>(config_.max_segments));
+    std::vector<SegmentMask> masks(detections.size());
+    parallelFor(detections.size(), num_threads_,
+                [&](std::size_t i) { masks[i] = decodeMask(raw, detections[i], letterbox); });
+    return paintLabels(masks, color.image.size(), config_.refine_masks, config_.min_area_px);
+  }
+
+  /// Per segment: crop, masked crop (as configured); last the whole image.
+  std::vector<CropRequest> planCrops(const LabelledSegments& segments) const {
+    std::vector<CropRequest> crops;
+    for (std::size_t i = 0; i < segments.boxes_px.size(); ++i) {
+      const cv::Rect box =
+          padBox(segments.boxes_px[i], config_.crop_padding_px, segments.labels.size());
+      if (config_.embed_crop) crops.push_back({box, 0});
+      if (config_.embed_masked_crop) crops.push_back({box, static_cast<std::uint16_t>(i + 1)});
+    }
+    if (config_.embed_image) crops.push_back({cv::Rect({0, 0}, segments.labels.size()), 0});
+    return crops;
+  }
+
+  void embed(const ColorImage& color, const LabelledSegments& segments, Segmentation& result) {
+    const auto num_segments = static_cast<Eigen::Index>(segments.scores.size());
+    result.embeddings = EmbeddingMatrix::Zero(num_segments, models_.embedding_size);
+    if (!encoder_) return;
+    const EmbeddingMatrix rows = encoder_->encode(color, segments.labels, planCrops(segments));
+    const Eigen::Index crops_per_segment = config_.embed_crop + config_.embed_masked_crop;
+    for (Eigen::Index s = 0; s < num_segments && crops_per_segment > 0; ++s) {
+      result.embeddings.row(s) =
+          toUnit(rows.middleRows(s * crops_per_segment, crops_per_segment).colwise().mean());
+    }
+    if (!config_.embed_image) return;
+    const Embedding image = toUnit(rows.bottomRows(1));
+    if (!image.isZero(0.0F)) result.image_embedding = image;
+  }
+
+  /// Scaled to unit length; zeros, counted, if that is not possible.
+  Embedding toUnit(const Embedding& mean) {
+    const float norm = mean.norm();
+    if (std::isfinite(norm) && norm > 0.0F) return mean / norm;
+    ++counters_.embeddings_not_finite;
+    return Embedding::Zero(mean.size());
+  }
+
+  const ModelSet models_;
+  const SegmenterConfig config_;
+  const int num_threads_;
+  int input_size_px_ = 0;
+  Network network_;
+  std::optional<ImageEncoder> encoder_;
+  std::vector<float> tensor_;  ///< the segmenter's input, reused
+  SegmenterCounters counters_;
+};
+
+Segmenter::Segmenter(const ModelSet& models, const SegmenterConfig& config) {
+  config::validate(models, "model set '" + models.name + "'");
+  config::validate(config, "segmenter");
+  implementation_ = std::make_unique<Implementation>(models, config);
+}
+
+Segmenter::~Segmenter() = default;
+
+Segmentation Segmenter::segment(const ColorImage& color) { return implementation_->segment(color); }
+
+void Segmenter::cancel() { implementation_->cancel(); }
+
+const SegmenterCounters& Segmenter::counters() const { return implementation_->counters(); }
+
+int Segmenter::embeddingSize() const { return implementation_->embeddingSize(); }
+
+}  // namespace task_scene_graph::segmentation
