@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "task_scene_graph/bottleneck/distribution.h"
+
+namespace task_scene_graph::bottleneck {
+
+/// One merge of clusters a < b, named by their smallest primitive; the result is named a.
+struct MergeStep {
+  std::uint32_t a = 0;
+  std::uint32_t b = 0;
+  std::int64_t cost = 0;  ///< D in kCostUnit
+
+  friend bool operator==(const MergeStep& l, const MergeStep& r) {
+    return l.a == r.a && l.b == r.b && l.cost == r.cost;
+  }
+};
+
+/// The merges of a graph until nothing is left to merge, in order. Costs need not ascend: a cut is
+/// at the first entry whose cost is too large.
+using MergeTape = std::vector<MergeStep>;
+
+/// Primitives 0..N-1 (in order of their ids) with p(y|x), and the merges allowed between them.
+struct AgglomerationProblem {
+  std::vector<const SparseMasses*> relevance;                  ///< N
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;  ///< each once, a != b
+};
+
+/// Runs Agglomerative IB [Clio24, Algorithm 1] to the end: always the adjacent pair with the
+/// smallest (D, smaller id, larger id) is merged.
+///
+/// A heap with lazy deletion of outdated edges, neighbour lists over union-find. Memory
+/// O(N support + E).
+MergeTape agglomerate(const AgglomerationProblem& problem);
+
+}  // namespace task_scene_graph::bottleneck

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "task_scene_graph/bottleneck/cluster_registry.h"
+
+#include <algorithm>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace task_scene_graph::bottleneck {
+namespace {
+
+constexpr std::uint32_t kNone = ~std::uint32_t{0};
+
+struct Group {
+  ComponentIndex component;
+  std::uint32_t label;
+  bool is_rerun;
+  NodeKey smallest_key;
+  std::uint32_t begin;  // its primitives: members[begin..end)
+  std::uint32_t end;
+  std::uint32_t entry;   // the name it takes over
+  std::uint32_t shared;  // primitives in common with the former bearer of the name
+
+  std::uint32_t size() const { return end - begin; }
+};
+
+}  // namespace
+
+/// The clusters to be named.
+struct ClusterRegistry::Groups {
+  std::vector<Group> list;
+  std::vector<Slot> members;
+
+  void append(ComponentIndex index, const Component& component, bool is_rerun,
+              const PrimitiveGraph& graph);
+};
+
+void ClusterRegistry::Groups::append(ComponentIndex index, const Component& component,
+                                     bool is_rerun, const PrimitiveGraph& graph) {
+  const std::vector<std::uint32_t> roots = findClusterRoots(component);
+  std::vector<std::uint32_t> group_of(roots.size());
+  const auto first = static_cast<std::uint32_t>(list.size());
+  for (std::uint32_t i = 0; i < roots.size(); ++i) {
+    if (roots[i] == i) {
+      const auto label = static_cast<std::uint32_t>(list.size()) - first;
+      list.push_back({index, label, is_rerun, graph[component.nodes[i]].key, 0, 0, kNone, 0});
+    }
+    group_of[i] = roots[i] == i ? static_cast<std::uint32_t>(list.size()) - 1 : group_of[roots[i]];
+    ++list[group_of[i]].end;
+  }
+  auto begin = static_cast<std::uint32_t>(members.size());
+  for (std::size_t g = first; g < list.size(); ++g) {
+    list[g].begin = begin;
+    begin += list[g].end;
+    list[g].end = list[g].begin;
+  }
+  members.resize(begin);
+  for (std::uint32_t i = 0; i < roots.size(); ++i) {
+    members[list[group_of[i]].end++] = component.nodes[i];
+  }
+}
+
+ClusterRegistry::Groups ClusterRegistry::makeGroups(const std::vector<ComponentIndex>& components,
+                                                    const std::vector<bool>& is_rerun,
+                                                    const PrimitiveGraph& graph,
+                                                    const ComponentSet& component_set) {
+  Groups groups;
+  for (std::size_t i = 0; i < components.size(); ++i) {
+    groups.append(components[i], component_set[components[i]], is_rerun[i], graph);
+  }
+  return groups;
+}
+
+void ClusterRegistry::countShared(const Groups& groups, std::uint32_t group,
+                                  const PrimitiveGraph& graph, std::vector<std::uint32_t>& seen) {
+  const Group& g = groups.list[group];
+  for (std::uint32_t i = g.begin; i < g.end; ++i) {
+    const std::uint32_t former = graph[groups.members[i]].cluster;
+    if (former == kNone) continue;
+    if (heirs_[former].group == kNone && heirs_[former].shared == 0) seen.push_back(former);
+    ++heirs_[former].shared;
+  }
+}
+
+std::vector<std::uint32_t> ClusterRegistry::findHeirs(const Groups& groups,
+                                                      const PrimitiveGraph& graph) {
+  std::vector<std::uint32_t> all_formers;
+  std::vector<std::uint32_t> formers_of_group;
+  const auto count = static_cast<std::uint32_t>(groups.list.size());
+  for (std::uint32_t g = 0; g < count; ++g) {
+    const Group& group = groups.list[g];
+    countShared(groups, g, graph, all_formers);
+    for (std::uint32_t i = group.begin; i < group.end; ++i) {
+      const std::uint32_t former = graph[groups.members[i]].cluster;
+      if (former == kNone || heirs_[former].shared == 0) continue;
+      Heir& heir = heirs_[former];
+      const bool is_better = heir.group == kNone || heir.shared > heir.most_shared ||
+                             (heir.shared == heir.most_shared &&
+                              group.smallest_key < groups.list[heir.group].smallest_key);
+      if (is_better) heir = {0, g, heir.shared};
+      heir.shared = 0;
+    }
+  }
+  return all_formers;
+}
+
+void ClusterRegistry::claimFormer(Groups& groups, const PrimitiveGraph& graph) {
+  for (const std::uint32_t former : findHeirs(groups, graph)) {
+    const Heir heir = heirs_[former];
+    heirs_[former] = Heir();
+    Group& group = groups.list[heir.group];
+    const bool is_better =
+        group.entry == kNone || heir.most_shared > group.shared ||
+        (heir.most_shared == group.shared && table_[former].id < table_[group.entry].id);
+    if (!is_better) continue;
+    group.entry = former;
+    group.shared = heir.most_shared;
+  }
+}
+
+std::vector<std::uint64_t> ClusterRegistry::dropUnclaimed(const std::vector<std::uint32_t>& former,
+                                                          const Groups& groups) {
+  for (const Group& group : groups.list) {
+    if (group.entry != kNone) heirs_[group.entry].shared = 1;
+  }
+  std::vector<std::uint64_t> removed;
+  for (const std::uint32_t entry : former) {
+    if (heirs_[entry].shared == 0) {
+      removed.push_back(table_[entry].id);
+      indices_.erase(table_[entry].id);
+      table_[entry] = Entry();
+      free_.push_back(entry);
+    }
+    heirs_[entry].shared = 0;
+  }
+  std::sort(removed.begin(), removed.end());
+  return removed;
+}
+
+std::uint32_t ClusterRegistry::makeEntry() {
+  if (free_.empty()) {
+    free_.push_back(static_cast<std::uint32_t>(table_.size()));
+    table_.emplace_back();
+    heirs_.emplace_back();
+  }
+  const std::uint32_t entry = free_.back();
+  free_.pop_back();
+  table_[entry].id = next_id_++;
+  indices_[table_[entry].id] = entry;
+  return entry;
+}
+
+void ClusterRegistry::nameUnclaimed(Groups& groups) {
+  std::vector<std::pair<NodeKey, std::size_t>> unnamed;
+  for (std::size_t g = 0; g < groups.list.size(); ++g) {
+    if (groups.list[g].entry == kNone) unnamed.emplace_back(groups.list[g].smallest_key, g);
+  }
+  std::sort(unnamed.begin(), unnamed.end());
+  for (const auto& [key, g] : unnamed) groups.list[g].entry = makeEntry();
+}
+
+std::vector<std::uint64_t> ClusterRegistry::commit(const Groups& groups, PrimitiveGraph& graph,
+                                                   ComponentSet& component_set) {
+  std::vector<std::uint64_t> changed;
+  std::vector<std::uint32_t> entries;  // of one component
+  for (std::size_t g = 0; g < groups.list.size(); ++g) {
+    const Group& group = groups.list[g];
+    Entry& entry = table_[group.entry];
+    const bool is_same =
+        !group.is_rerun && group.shared == group.size() && group.shared == entry.size;
+    if (!is_same) changed.push_back(entry.id);
+    entry = {entry.id, group.component, group.label, group.size()};
+    for (std::uint32_t i = group.begin; i < group.end; ++i) {
+      graph[groups.members[i]].cluster = group.entry;
+    }
+    entries.push_back(group.entry);
+    const bool is_last =
+        g + 1 == groups.list.size() || groups.list[g + 1].component != group.component;
+    if (is_last) component_set.setClusters(group.component, std::exchange(entries, {}));
+  }
+  std::sort(changed.begin(), changed.end());
+  return changed;
+}
+
+ClusterRegistry::Changes ClusterRegistry::assign(const std::vector<ComponentIndex>& components,
+                                                 const std::vector<bool>& is_rerun,
+                                                 const std::vector<std::uint32_t>& former,
+                                                 PrimitiveGraph& graph,
+                                                 ComponentSet& component_set) {
+  Groups groups = makeGroups(components, is_rerun, graph, component_set);
+  claimFormer(groups, graph);
+  Changes changes;
+  changes.removed = dropUnclaimed(former, groups);
+  nameUnclaimed(groups);
+  changes.changed = commit(groups, graph, component_set);
+  return changes;
+}
+
+const ClusterRegistry::Entry& ClusterRegistry::find(std::uint64_t id) const {
+  const auto place = indices_.find(id);
+  if (place != indices_.end()) return table_[place->second];
+  throw std::out_of_range("there is no cluster " + std::to_string(id));
+}
+
+}  // namespace task_scene_graph::bottleneck

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <set>
+#include <vector>
+
+#include "task_scene_graph/bottleneck/cluster_registry.h"
+#include "task_scene_graph/bottleneck/clustering.h"
+#include "task_scene_graph/bottleneck/component_set.h"
+#include "task_scene_graph/bottleneck/information.h"
+#include "task_scene_graph/bottleneck/primitive_graph.h"
+#include "task_scene_graph/bottleneck/relevance.h"
+
+namespace task_scene_graph::bottleneck {
+
+class ClusteringEngine {
+ public:
+  ClusteringEngine(const ClusteringConfig& config, Adjacency adjacency);
+
+  void setTasks(const EmbeddingMatrix& tasks);
+  void setConfig(const ClusteringConfig& config);
+  void insert(NodeKey key, const Embedding& embedding, const Aabb& box);
+  void update(NodeKey key, const Embedding& embedding, const Aabb& box);
+  void erase(NodeKey key);
+  bool insertEdge(NodeKey a, NodeKey b);
+  bool eraseEdge(NodeKey a, NodeKey b);
+
+  /// Brings everything below up to date.
+  void apply();
+  ClusteringUpdate takeUpdate();
+  std::vector<Cluster> makeClusters();
+  std::vector<Merge> makeMergeSequence() const;
+
+  const ClusteringConfig& config() const { return config_; }
+  const PrimitiveGraph& graph() const { return graph_; }
+  const ClusterRegistry& registry() const { return registry_; }
+  double totalBits() const;
+  MergeRule rule() const { return MergeRule(config_, totalBits()); }
+
+ private:
+  void checkDimension(const Embedding& embedding, NodeKey key) const;
+  void markScoresPending(Slot slot);
+  void updateScores();
+  void updateRelevance(const std::vector<Slot>& slots);
+  std::vector<Slot> allSlots() const;
+
+  std::vector<Slot> dissolve(const PrimitiveGraph::Touched& touched);
+  std::vector<std::vector<Slot>> findComponents(const std::vector<Slot>& loose);
+  std::vector<ComponentIndex> rebuild(std::vector<std::vector<Slot>> parts);
+  MergeTape runTape(const std::vector<Slot>& nodes) const;
+  void nameClusters(const std::vector<ComponentIndex>& rerun);
+  Cluster makeCluster(std::uint32_t entry, const std::vector<Slot>& members);
+  void appendClusters(ComponentIndex index, std::vector<Cluster>& clusters);
+
+  ClusteringConfig config_;
+  TaskScorer scorer_;
+  PrimitiveGraph graph_;
+  InformationSum information_;
+  ComponentSet components_;
+  ClusterRegistry registry_;
+
+  Eigen::Index dimension_ = 0;  // of the primitives, while there are any
+  bool is_relevance_stale_ = false;
+  bool is_cut_stale_ = false;
+  std::vector<Slot> pending_scores_;
+  std::vector<std::uint32_t> former_;  // clusters of dissolved components
+  std::vector<std::uint32_t> local_;   // by slot: position in its component, while running
+  std::vector<double> dense_;          // by task: scratch
+  std::set<std::uint64_t> changed_;    // not yet reported
+  std::set<std::uint64_t> removed_;
+};
+
+}  // namespace task_scene_graph::bottleneck
