@@ -23,7 +23,8 @@ Eigen::Quaterniond toRotation(const geometry_msgs::Quaternion& q) {
 }  // namespace
 
 Stamp toStamp(const ::ros::Time& time) {
-  return {static_cast<std::int64_t>(time.sec) * kNsPerSecond + static_cast<std::int64_t>(time.nsec)};
+  return {static_cast<std::int64_t>(time.sec) * kNsPerSecond +
+          static_cast<std::int64_t>(time.nsec)};
 }
 
 ::ros::Time toRosTime(Stamp stamp) {

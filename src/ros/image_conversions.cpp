@@ -21,8 +21,8 @@ namespace encodings = sensor_msgs::image_encodings;
 }
 
 /// An empty `encoding` shares the message's pixels.
-cv_bridge::CvImageConstPtr share(const sensor_msgs::ImageConstPtr& message, const std::string& topic,
-                                 const std::string& encoding) {
+cv_bridge::CvImageConstPtr share(const sensor_msgs::ImageConstPtr& message,
+                                 const std::string& topic, const std::string& encoding) {
   try {
     return cv_bridge::toCvShare(message, encoding);
   } catch (const std::exception& e) {
@@ -52,8 +52,8 @@ ColorImage toColorImage(const sensor_msgs::ImageConstPtr& message, const std::st
   const std::string& encoding = message->encoding;
   const bool is_rgb = encoding == encodings::RGB8;
   const bool is_bgr = encoding == encodings::BGR8;
-  const bool is_convertible = encoding == encodings::MONO8 || encoding == encodings::RGBA8 ||
-                              encoding == encodings::BGRA8;
+  const bool is_convertible =
+      encoding == encodings::MONO8 || encoding == encodings::RGBA8 || encoding == encodings::BGRA8;
   if (!is_rgb && !is_bgr && !is_convertible) {
     failEncoding(*message, topic, "rgb8 or bgr8 (or mono8, rgba8, bgra8, which cost a copy)");
   }
@@ -68,8 +68,7 @@ ColorImage toColorImage(const sensor_msgs::ImageConstPtr& message, const std::st
 
 DepthImage toDepthImage(const sensor_msgs::ImageConstPtr& message, const std::string& topic) {
   const std::string& encoding = message->encoding;
-  const bool is_millimetres =
-      encoding == encodings::TYPE_16UC1 || encoding == encodings::MONO16;
+  const bool is_millimetres = encoding == encodings::TYPE_16UC1 || encoding == encodings::MONO16;
   if (!is_millimetres && encoding != encodings::TYPE_32FC1) {
     failEncoding(*message, topic, "16UC1 (millimetres) or 32FC1 (metres)");
   }

@@ -10,8 +10,11 @@ namespace task_scene_graph::ros_interface {
 namespace {
 
 Track toTrack(const msg::Track& message) {
-  Track track{{message.id}, toStamp(message.first_seen), toStamp(message.last_seen),
-              toEmbedding(message.embedding), {}};
+  Track track{{message.id},
+              toStamp(message.first_seen),
+              toStamp(message.last_seen),
+              toEmbedding(message.embedding),
+              {}};
   for (const auto& observation : message.observations) {
     track.observations.push_back({toStamp(observation.stamp), observation.segment});
   }
@@ -158,8 +161,11 @@ PlaceGraphPtr fromMessage(const msg::PlaceGraph& message) {
   auto graph = std::make_shared<PlaceGraph>();
   graph->stamp = toStamp(message.header.stamp);
   for (const auto& place : message.places) {
-    graph->places.push_back({{place.id}, toVector(place.position), place.clearance,
-                             toEmbedding(place.embedding), place.num_views});
+    graph->places.push_back({{place.id},
+                             toVector(place.position),
+                             place.clearance,
+                             toEmbedding(place.embedding),
+                             place.num_views});
   }
   for (const auto& edge : message.edges) {
     graph->edges.push_back({{edge.a}, {edge.b}, edge.clearance});

@@ -37,7 +37,7 @@ bool hasDistortion(const sensor_msgs::CameraInfo& info);
 bool isShared(const cv::Mat& image, const sensor_msgs::Image& message);
 
 /// A message that holds a copy of the image's pixels; for tests and tools.
-sensor_msgs::ImagePtr toImageMessage(const cv::Mat& image, const std::string& encoding,
-                                     Stamp stamp, const std::string& frame);
+sensor_msgs::ImagePtr toImageMessage(const cv::Mat& image, const std::string& encoding, Stamp stamp,
+                                     const std::string& frame);
 
 }  // namespace task_scene_graph::ros_interface

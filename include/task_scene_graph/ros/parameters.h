@@ -19,8 +19,8 @@ YAML::Node toYaml(XmlRpc::XmlRpcValue value);
 YAML::Node readParameters(const ::ros::NodeHandle& private_handle);
 
 /// Reads a nodelet's private parameters into its configuration struct. @throws config::ConfigError
-/// with all violations, each naming the parameter: unknown names (with the nearest known one), wrong
-/// types, values out of range.
+/// with all violations, each naming the parameter: unknown names (with the nearest known one),
+/// wrong types, values out of range.
 template <typename Config>
 Config loadParameters(const ::ros::NodeHandle& private_handle, Config defaults = {}) {
   return config::load(readParameters(private_handle),

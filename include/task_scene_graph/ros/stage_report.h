@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <diagnostic_updater/DiagnosticStatusWrapper.h>
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <mutex>
+#include <string>
+#include <vector>
+
+namespace task_scene_graph::ros_interface {
+
+/// What a stage did so far: counters for /diagnostics, and problems for the log. All functions may
+/// be called from any thread.
+class StageReport {
+ public:
+  explicit StageReport(std::string name) : name_(std::move(name)) {}
+
+  void countInput();
+  void countProcessed(double duration_ms);
+  /// `problem`, if given, is logged as a warning, at most once in ten seconds for each reason (the
+  /// first at once), and shown in diagnostics.
+  void countDropped(const std::string& reason, const std::string& problem = "",
+                    std::uint64_t count = 1);
+  /// `is_shared`: the stage reads the pixels of the message itself; else it made a copy.
+  void countImage(bool is_shared, const void* pixels);
+  /// Logs a problem that drops nothing; throttled by `key` as above.
+  void warn(const std::string& key, const std::string& problem);
+  /// Sets a free line of the diagnostics.
+  void set(const std::string& key, const std::string& value);
+
+  std::uint64_t inputs() const;
+  std::uint64_t processed() const;
+  std::uint64_t dropped(const std::string& reason) const;
+
+  /// WARN if something was dropped or a problem appeared since the report before, else OK.
+  void fill(diagnostic_updater::DiagnosticStatusWrapper& status);
+
+ private:
+  struct Throttle {
+    std::chrono::steady_clock::time_point last_logged;
+    std::uint64_t suppressed = 0;
+  };
+  void logLocked(const std::string& key, const std::string& problem);
+  void fillDurations(diagnostic_updater::DiagnosticStatusWrapper& status) const;
+
+  const std::string name_;
+  mutable std::mutex mutex_;
+  std::uint64_t inputs_ = 0;
+  std::uint64_t processed_ = 0;
+  std::uint64_t images_shared_ = 0;
+  std::uint64_t images_copied_ = 0;
+  const void* last_pixels_ = nullptr;
+  std::map<std::string, std::uint64_t> dropped_;
+  std::map<std::string, std::string> lines_;
+  std::map<std::string, Throttle> throttles_;
+  std::vector<double> durations_ms_;  ///< ring of the newest kMaxDurations
+  std::string newest_problem_;
+};
+
+/// Wall time since its construction.
+class StageTimer {
+ public:
+  double elapsedMs() const {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_)
+        .count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace task_scene_graph::ros_interface

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "task_scene_graph/ros/stage_report.h"
+
+#include <diagnostic_msgs/DiagnosticStatus.h>
+#include <ros/console.h>
+
+#include <algorithm>
+#include <numeric>
+
+namespace task_scene_graph::ros_interface {
+namespace {
+
+constexpr std::size_t kMaxDurations = 1000;
+constexpr auto kLogInterval = std::chrono::seconds(10);
+
+}  // namespace
+
+void StageReport::countInput() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++inputs_;
+}
+
+void StageReport::countProcessed(double duration_ms) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (durations_ms_.size() < kMaxDurations) {
+    durations_ms_.push_back(duration_ms);
+  } else {
+    durations_ms_[processed_ % kMaxDurations] = duration_ms;
+  }
+  ++processed_;
+}
+
+void StageReport::countDropped(const std::string& reason, const std::string& problem,
+                               std::uint64_t count) {
+  if (count == 0) return;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  dropped_[reason] += count;
+  newest_problem_ = problem.empty() ? reason : problem;
+  if (!problem.empty()) logLocked(reason, problem);
+}
+
+void StageReport::countImage(bool is_shared, const void* pixels) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++(is_shared ? images_shared_ : images_copied_);
+  last_pixels_ = pixels;
+}
+
+void StageReport::warn(const std::string& key, const std::string& problem) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  newest_problem_ = problem;
+  logLocked(key, problem);
+}
+
+void StageReport::set(const std::string& key, const std::string& value) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  lines_[key] = value;
+}
+
+std::uint64_t StageReport::inputs() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return inputs_;
+}
+
+std::uint64_t StageReport::processed() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return processed_;
+}
+
+std::uint64_t StageReport::dropped(const std::string& reason) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto found = dropped_.find(reason);
+  return found == dropped_.end() ? 0 : found->second;
+}
+
+void StageReport::fill(diagnostic_updater::DiagnosticStatusWrapper& status) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (newest_problem_.empty()) {
+    status.summary(diagnostic_msgs::DiagnosticStatus::OK,
+                   inputs_ == 0 ? "no input yet" : "running");
+  } else {
+    status.summary(diagnostic_msgs::DiagnosticStatus::WARN, newest_problem_);
+  }
+  newest_problem_.clear();
+  status.add("inputs", inputs_);
+  status.add("processed", processed_);
+  for (const auto& [reason, count] : dropped_) status.add("dropped: " + reason, count);
+  status.add("images shared", images_shared_);
+  status.add("images copied", images_copied_);
+  status.addf("pixels of the last image", "%p", last_pixels_);
+  fillDurations(status);
+  for (const auto& [key, value] : lines_) status.add(key, value);
+}
+
+void StageReport::fillDurations(diagnostic_updater::DiagnosticStatusWrapper& status) const {
+  if (durations_ms_.empty()) return;
+  std::vector<double> sorted = durations_ms_;
+  std::sort(sorted.begin(), sorted.end());
+  const double sum = std::accumulate(sorted.begin(), sorted.end(), 0.0);
+  status.addf("ms mean", "%.2f", sum / static_cast<double>(sorted.size()));
+  status.addf("ms p95", "%.2f", sorted[(sorted.size() - 1) * 95 / 100]);
+  status.addf("ms max", "%.2f", sorted.back());
+}
+
+void StageReport::logLocked(const std::string& key, const std::string& problem) {
+  const auto now = std::chrono::steady_clock::now();
+  const auto [entry, is_first] = throttles_.try_emplace(key);
+  Throttle& throttle = entry->second;
+  if (!is_first && now - throttle.last_logged < kLogInterval) {
+    ++throttle.suppressed;
+    return;
+  }
+  const std::string more =
+      throttle.suppressed == 0 ? "" : " (and " + std::to_string(throttle.suppressed) + " more)";
+  ROS_WARN_STREAM("[" << name_ << "] " << problem << more);
+  throttle = {now, 0};
+}
+
+}  // namespace task_scene_graph::ros_interface

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "task_scene_graph/ros/topic_watch.h"
+
+#include <ros/time.h>
+
+#include <sstream>
+
+namespace task_scene_graph::ros_interface {
+
+TopicWatch::TopicWatch(StageReport& report, double patience_s)
+    : report_(report), patience_s_(patience_s) {}
+
+std::size_t TopicWatch::add(const ::ros::Subscriber& subscriber, const std::string& name_in_code) {
+  topics_.push_back({subscriber, name_in_code, 0});
+  return topics_.size() - 1;
+}
+
+void TopicWatch::check() {
+  const std::chrono::duration<double> waited = std::chrono::steady_clock::now() - start_;
+  if (waited.count() < patience_s_) return;
+  if (::ros::Time::isSimTime() && ::ros::Time::now().isZero()) {
+    report_.warn("/clock",
+                 "use_sim_time is set, but nothing arrives on /clock (play the bag with --clock)");
+  }
+  for (const auto& topic : topics_) {
+    if (topic.num_messages > 0) continue;
+    report_.warn(topic.subscriber.getTopic(), describeSilence(topic));
+  }
+}
+
+std::string TopicWatch::describeSilence(const Topic& topic) const {
+  std::ostringstream text;
+  text << "no messages on " << topic.subscriber.getTopic() << " for " << patience_s_ << " s: ";
+  if (topic.subscriber.getNumPublishers() == 0) {
+    text << "nobody publishes it; remap '" << topic.name_in_code << "' to your topic";
+  } else {
+    text << "it has a publisher that sends nothing";
+  }
+  return text.str();
+}
+
+}  // namespace task_scene_graph::ros_interface
