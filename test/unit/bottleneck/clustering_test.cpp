@@ -68,6 +68,8 @@ struct Variant {
 std::vector<Variant> makeVariants() {
   std::vector<Variant> variants(7);
   variants[0].name = "PaperDefaults";
+  variants[0].options.duplicate_share = 0.7;
+  variants[0].options.mean_degree = 8.0;
   variants[1].name = "CoarserDelta";
   variants[1].config.delta = 0.02;
   variants[2].name = "MarginalPrior";
