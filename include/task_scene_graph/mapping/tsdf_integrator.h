@@ -67,6 +67,7 @@ struct IntegrationResult {
   /// everything derived from other blocks is still right. Ascending by (z, y, x).
   std::vector<GridIndex> changed_blocks;
   std::vector<GridIndex> observed_blocks;  ///< all with an updated voxel, ascending by (z, y, x)
+  std::vector<GridIndex> archived_blocks;  ///< whose voxels were dropped (BackgroundMap only)
   std::size_t num_new_blocks = 0;
   std::size_t num_updated_voxels = 0;
 };

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <unordered_map>
+#include <unordered_set>
+#include <vector>
+
+#include "task_scene_graph/core/mesh.h"
+#include "task_scene_graph/mapping/tsdf_integrator.h"
+
+namespace task_scene_graph::mapping {
+
+/// Parameters of the background map. A block is archived when it is both far and long unseen, so
+/// that a flat stays whole while memory and time per frame do not grow with a large building.
+struct BackgroundConfig {
+  IntegratorConfig tsdf;
+  bool with_mesh = true;
+  double mesh_min_weight = 1e-4;
+  bool archive_blocks = true;
+  double archive_distance_m = 10.0;
+  double archive_unseen_s = 30.0;
+
+  template <typename Self, typename Visitor>
+  static void visit(Self& self, Visitor& v) {
+    v.group("tsdf", self.tsdf);
+    v.field("with_mesh", self.with_mesh, {}, "",
+            "keep a mesh; without it the map is a TSDF with an active window only");
+    v.field("mesh_min_weight", self.mesh_min_weight, {0.0, 1e9}, "",
+            "voxels of at most this weight give no surface");
+    v.field("archive_blocks", self.archive_blocks, {}, "",
+            "drop the voxels of blocks far away and long unseen; their mesh stays");
+    v.field("archive_distance_m", self.archive_distance_m, {0.0, 1e6}, "m",
+            "archived blocks are farther than this from the camera");
+    v.field("archive_unseen_s", self.archive_unseen_s, {0.0, 1e9}, "s",
+            "archived blocks have not been seen for longer than this");
+  }
+};
+
+struct BlockMesh {
+  GridIndex block;
+  std::shared_ptr<const Mesh> mesh;  ///< not empty; world frame
+};
+
+/// What changed since the update before; ascending by (z, y, x).
+struct MeshUpdate {
+  std::vector<BlockMesh> changed;
+  std::vector<GridIndex> removed;  ///< had a mesh before and have none now
+};
+
+struct BackgroundCounters {
+  std::size_t frames_integrated = 0;
+  std::size_t frames_without_depth = 0;  ///< no valid reading, or a pose out of range
+  std::size_t blocks_remeshed = 0;
+  std::size_t blocks_archived = 0;
+  std::size_t frames_back_in_time = 0;  ///< integrated, but older than a frame before
+  std::size_t frames_repeated = 0;      ///< integrated, but with the stamp of the newest frame
+};
+
+/// The dense map of everything the camera saw: a TSDF of the active window and a mesh of all that
+/// was ever there. Not thread-safe; meshes once handed out never change.
+class BackgroundMap {
+ public:
+  /// @throws config::ConfigError as TsdfIntegrator does, or if a value is out of range.
+  explicit BackgroundMap(const BackgroundConfig& config);
+
+  const BackgroundConfig& config() const { return config_; }
+  const BackgroundCounters& counters() const { return counters_; }
+  const TsdfVolume& volume() const { return volume_; }
+
+  /// Integrates a frame, then archives (checked once a second). Time goes by stamps only; the clock
+  /// of archiving never goes back. @throws std::invalid_argument as TsdfIntegrator::integrate().
+  IntegrationResult integrate(const RgbdFrame& frame);
+
+  /// Meshes the blocks that changed since the last call and those whose cells read them; nothing
+  /// without `with_mesh`. O(changed blocks).
+  MeshUpdate updateMesh();
+
+  /// The whole map including archived blocks, as of now; welded across block borders. Empty without
+  /// `with_mesh`.
+  Mesh extractMesh() const;
+
+  /// Drops the voxels of these blocks now; the mesh stays as it is. When such a place is seen
+  /// again, the old mesh stays in cells that are not fully observed anew. Unknown blocks are
+  /// ignored.
+  void archive(const std::vector<GridIndex>& blocks);
+
+ private:
+  using MeshPtr = std::shared_ptr<const Mesh>;
+  using MeshMap = std::unordered_map<GridIndex, MeshPtr, GridIndexHash>;
+
+  void countFrame(const RgbdFrame& frame, IntegrationStatus status);
+  std::vector<GridIndex> findBlocksToArchive(const Eigen::Vector3d& camera_m) const;
+  /// Blocks whose reported mesh may be wrong, ascending.
+  std::vector<GridIndex> computeStaleBlocks() const;
+  std::vector<MeshPtr> computeMeshes(const std::vector<GridIndex>& blocks) const;
+  MeshPtr computeMeshWithArchive(const GridIndex& block) const;
+  bool isCellKnown(const GridIndex& lowest_voxel) const;
+  void keepMeshes(const std::vector<GridIndex>& blocks);
+
+  BackgroundConfig config_;
+  TsdfIntegrator integrator_;
+  TsdfVolume volume_;
+  BackgroundCounters counters_;
+  Stamp newest_;
+  Stamp last_archived_;
+  std::unordered_map<GridIndex, Stamp, GridIndexHash> last_seen_;
+  std::unordered_set<GridIndex, GridIndexHash> dirty_;  ///< changed since the last updateMesh()
+  MeshMap meshes_;                                      ///< as last reported; none is empty
+  MeshMap archived_;  ///< shown in cells that are not fully observed; none is empty
+};
+
+}  // namespace task_scene_graph::mapping
