@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "task_scene_graph/core/frame.h"
+#include "task_scene_graph/core/primitives.h"
+#include "task_scene_graph/mapping/tsdf_volume.h"
+#include "task_scene_graph/places/ground_map.h"
+#include "task_scene_graph/places/places_config.h"
+#include "task_scene_graph/places/sparse_graph.h"
+#include "task_scene_graph/places/view_database.h"
+#include "task_scene_graph/places/voxel_map.h"
+
+namespace task_scene_graph::places {
+
+/// What a PlaceExtractor has done since it was made.
+struct PlaceCounters {
+  std::uint64_t updates = 0;
+  std::uint64_t views = 0;          ///< taken in
+  std::uint64_t ignored_views = 0;  ///< see PlaceExtractor::addView
+  std::uint64_t forgotten_views = 0;
+  std::uint64_t places_created = 0;
+  std::uint64_t places_removed = 0;
+};
+
+/// Turns observed free space into a graph of places with semantic features [Clio24, Sec. IV-A;
+/// Hydra22]: distance field -> generalised Voronoi diagram -> sparse graph; each place's embedding
+/// is the mean image embedding of all views that see it. Results do not depend on the order of
+/// changed blocks nor on any thread count (there is one thread). Not thread-safe.
+///
+/// deviation: Hydra's field is three-dimensional, so the nearest surface is mostly floor or
+/// ceiling, places hover at the height of the ceiling's middle over tables and sofas, and a camera
+/// that sees no ceiling leaves the middle of a room empty. By default clearance is measured
+/// horizontally, over observed floor, to whatever stands in the way of a body (FreeSpaceKind);
+/// `volume` is Hydra's way.
+/// deviation: upstream keeps places of an active window and freezes the others; here the whole
+/// graph is kept up to date, from an own copy of the observed voxels (2 kB per 8^3 block).
+/// deviation: upstream has no occlusion test; here a view counts only if the place is not behind
+/// the measured depth.
+class PlaceExtractor {
+ public:
+  /// @throws config::ConfigError naming every field out of range.
+  explicit PlaceExtractor(const PlacesConfig& config);
+
+  /// Takes in the changed blocks of a carved volume (distance > 0 = free, weight 0 = unknown; a
+  /// block that is no longer there is remembered as it was) and recomputes the graph. A place keeps
+  /// its id while a place remains within one cell of where it was.
+  /// @throws std::invalid_argument if the voxel size differs from that of earlier calls.
+  /// O(changed voxels + extent of the map in voxels: of its ground plan, or of its box for
+  /// `volume`).
+  void update(const mapping::TsdfVolume& free_space,
+              const std::vector<mapping::GridIndex>& changed_blocks, Stamp stamp);
+
+  /// Takes in one view; places that appear later get it too, as long as it is remembered
+  /// (max_views). Ignored and counted: an embedding that is empty, zero, not finite or of another
+  /// size than before; a pose that is not finite; a depth image whose type or size is wrong.
+  /// O(pixels + places).
+  void addView(const RgbdFrame& frame, const Embedding& image_embedding);
+
+  /// The graph as of the last update, with the features of all views so far.
+  PlaceGraph graph() const;
+
+  const PlaceCounters& counters() const { return counters_; }
+
+ private:
+  struct PlaceState {
+    Place place;  ///< its embedding is set by graph()
+    ViewSum views;
+  };
+
+  SparseGraph computeSparseGraph() const;
+  void replacePlaces(const SparseGraph& sparse);
+  std::vector<PlaceId> matchIds(const std::vector<SparsePlace>& found);
+
+  PlacesConfig config_;
+  VoxelMap voxels_;
+  GroundMap ground_;
+  ViewDatabase views_;
+  std::vector<PlaceState> places_;  ///< ascending by id
+  std::vector<PlaceEdge> edges_;
+  Stamp stamp_;
+  std::uint64_t next_id_ = 1;
+  PlaceCounters counters_;
+};
+
+}  // namespace task_scene_graph::places

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "task_scene_graph/config/visitor.h"
+
+namespace task_scene_graph::places {
+
+/// What counts as free, and in which directions clearance is measured.
+enum class FreeSpaceKind {
+  kWalkable,  ///< where a body of body_height_m can stand; clearance is horizontal
+  kVolume     ///< every observed free voxel; clearance is three-dimensional
+};
+
+struct PlacesConfig {
+  FreeSpaceKind free_space = FreeSpaceKind::kWalkable;
+  double body_height_m = 1.0;
+  double max_step_m = 0.2;
+  double min_floor_area_m2 = 4.0;
+  double max_distance_m = 3.0;
+  double min_clearance_m = 0.3;
+  double min_parent_separation_m = 2.5;
+  double max_parent_cosine = 0.1;
+  double cell_size_m = 1.0;
+  double merge_distance_m = 0.5;
+  double min_edge_clearance_m = 0.25;
+  double max_bridge_m = 2.0;
+  int min_component_size = 3;
+  double max_view_range_m = 5.0;
+  double occlusion_tolerance_m = 0.1;
+  int max_views = 4000;
+
+  template <typename Self, typename Visitor>
+  static void visit(Self& self, Visitor& v) {
+    v.choice("free_space", self.free_space,
+             {{"walkable", FreeSpaceKind::kWalkable}, {"volume", FreeSpaceKind::kVolume}},
+             "walkable = above observed floor (world z up), clearance horizontal; volume = all "
+             "observed free space, clearance in 3D");
+    v.field("body_height_m", self.body_height_m, {0.1, 3.0}, "m",
+            "walkable: height above the floor that must be observed free");
+    v.field("max_step_m", self.max_step_m, {0.05, 1.0}, "m",
+            "walkable: floor may rise by this from voxel to voxel; what is lower is no obstacle");
+    v.field("min_floor_area_m2", self.min_floor_area_m2, {0.0, 1000.0}, "m2",
+            "walkable: connected floors that are smaller are left out (table tops, beds)");
+    v.field("max_distance_m", self.max_distance_m, {0.5, 20.0}, "m",
+            "obstacles farther away are not looked for");
+    v.field("min_clearance_m", self.min_clearance_m, {0.0, 5.0}, "m",
+            "least distance of a place to the nearest observed obstacle");
+    v.field("min_parent_separation_m", self.min_parent_separation_m, {0.0, 20.0}, "m",
+            "a Voronoi voxel has two nearest obstacles so far apart (L1) ...");
+    v.field("max_parent_cosine", self.max_parent_cosine, {-1.0, 1.0}, "",
+            "... or seen from it under an angle whose cosine is below this");
+    v.field("cell_size_m", self.cell_size_m, {0.2, 10.0}, "m",
+            "a connected set of Voronoi voxels in a cell of this size becomes a place");
+    v.field("merge_distance_m", self.merge_distance_m, {0.0, 10.0}, "m",
+            "places that touch and are nearer than this become one");
+    v.field("min_edge_clearance_m", self.min_edge_clearance_m, {0.0, 5.0}, "m",
+            "least clearance along the straight line of an edge");
+    v.field("max_bridge_m", self.max_bridge_m, {0.0, 20.0}, "m",
+            "longest extra edge that joins parts of the graph through observed free space");
+    v.field("min_component_size", self.min_component_size, {1, 1000}, "",
+            "connected parts with fewer places are left out");
+    v.field("max_view_range_m", self.max_view_range_m, {0.1, 100.0}, "m",
+            "views see places up to this distance");
+    v.field("occlusion_tolerance_m", self.occlusion_tolerance_m, {0.0, 5.0}, "m",
+            "a place farther behind the measured depth is hidden");
+    v.field("max_views", self.max_views, {1, 1000000}, "",
+            "views kept for places yet to come; the oldest is forgotten first");
+  }
+};
+
+}  // namespace task_scene_graph::places

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+#include "task_scene_graph/places/free_space.h"
+#include "task_scene_graph/places/places_config.h"
+
+namespace task_scene_graph::places {
+
+struct SparsePlace {
+  std::size_t cell = 0;  ///< the voxel of the set with the largest clearance
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  double clearance_m = 0.0;
+};
+
+struct SparseEdge {
+  std::size_t a = 0;  ///< index of a place, a < b
+  std::size_t b = 0;
+  double clearance_m = 0.0;  ///< smallest along the straight line
+};
+
+struct SparseGraph {
+  std::vector<SparsePlace> places;
+  std::vector<SparseEdge> edges;
+
+  /// Appends a graph that shares no place with this one.
+  void append(const SparseGraph& other);
+};
+
+/// Sparsifies Voronoi cells: connected sets within cells of `cell_size_m` become places, sets that
+/// touch become edges if the straight line is free with `min_edge_clearance_m`, parts that are
+/// apart are joined by the shortest such lines up to `max_bridge_m`, and parts of fewer than
+/// `min_component_size` places are left out. [Hydra22, Sec. IV-B]
+SparseGraph computeSparseGraph(const FreeSpace& space, const std::vector<char>& is_voronoi,
+                               const PlacesConfig& config);
+
+}  // namespace task_scene_graph::places

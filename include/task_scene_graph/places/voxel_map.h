@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <limits>
+#include <map>
+#include <memory>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "task_scene_graph/mapping/tsdf_volume.h"
+
+namespace task_scene_graph::places {
+
+using mapping::GridIndex;
+
+/// Signed distance of a voxel that was never observed.
+constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
+
+inline bool isUnknown(float distance_m) { return distance_m != distance_m; }
+inline bool isFree(float distance_m) { return distance_m > 0.0F; }
+inline bool isSolid(float distance_m) { return distance_m <= 0.0F; }
+
+/// Signed distances of all voxels ever observed: what places need of a TSDF volume, kept when the
+/// volume itself drops a block.
+class VoxelMap {
+ public:
+  /// Horizontal position of a column of blocks, in blocks.
+  using ColumnIndex = std::pair<int, int>;
+
+  /// Copies the blocks that the volume has. @returns the block columns touched, ascending.
+  /// @throws std::invalid_argument if the volume's voxel size is not that of the first call.
+  std::vector<ColumnIndex> copyBlocks(const mapping::TsdfVolume& volume,
+                                      const std::vector<GridIndex>& blocks);
+
+  /// 0 before the first copy.
+  double voxelSize() const { return voxel_size_m_; }
+
+  /// Distance of a voxel, kUnknown where nothing was observed. O(log blocks).
+  float at(const GridIndex& voxel) const;
+
+  /// A column of voxels, from the bottom of its lowest block up.
+  struct Column {
+    int min_z = 0;  ///< voxel index of distances_m[0]
+    std::vector<float> distances_m;
+  };
+
+  /// The 8 x 8 columns of a block column, x fastest. Empty distances if there is no block.
+  std::array<Column, 64> readColumns(const ColumnIndex& index) const;
+
+  /// Smallest box of voxels that holds every block; false if there is none.
+  bool computeBounds(GridIndex& min, GridIndex& max) const;
+
+  using Block = std::array<float, mapping::kBlockVoxels>;
+  using BlockColumn = std::map<int, std::unique_ptr<Block>>;  ///< by z of the block
+  const std::map<ColumnIndex, BlockColumn>& columns() const { return columns_; }
+
+ private:
+  double voxel_size_m_ = 0.0;
+  std::map<ColumnIndex, BlockColumn> columns_;
+};
+
+}  // namespace task_scene_graph::places
