@@ -48,7 +48,8 @@ class SceneGraphBuilder {
   PlaceUpdate setPlaces(const PlaceGraphPtr& places);
 
   /// The graph of everything given so far; the same pointer as before if nothing has changed.
-  /// O(what changed), plus O(primitives * D + objects * places) if anything has.
+  /// The clustering costs what changed; the rest O((primitives + places) * D + objects * (tasks *
+  /// D + places)) if anything has.
   SceneGraphPtr snapshot();
 
   /// Sums over the whole life of the builder.

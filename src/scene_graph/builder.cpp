@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "task_scene_graph/scene_graph/builder.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "task_scene_graph/config/config.h"
+
+namespace task_scene_graph::scene_graph {
+namespace {
+
+SceneGraphConfig validated(const SceneGraphConfig& config) {
+  config::validate(config, "scene graph configuration");
+  return config;
+}
+
+/// Id of the place nearest to a point; the smallest of equally near ones, none if there are none.
+PlaceId findNearestPlace(const PlaceGraph& graph, const Eigen::Vector3d& position_m) {
+  PlaceId nearest;
+  double nearest_m2 = std::numeric_limits<double>::infinity();
+  for (const auto& place : graph.places) {
+    const double distance_m2 = (place.position_m - position_m).squaredNorm();
+    if (distance_m2 >= nearest_m2) continue;
+    nearest_m2 = distance_m2;
+    nearest = place.id;
+  }
+  return nearest;
+}
+
+}  // namespace
+
+SceneGraphBuilder::SceneGraphBuilder(const SceneGraphConfig& config)
+    : config_(validated(config)),
+      objects_(std::make_unique<ObjectLayer>(config)),
+      regions_(std::make_unique<RegionLayer>(config)) {}
+
+void SceneGraphBuilder::setObjectTasks(const TaskList& tasks) {
+  if (tasks == objects_->tasks()) return;
+  objects_->setTasks(tasks);
+  snapshot_.reset();
+}
+
+void SceneGraphBuilder::setPlaceTasks(const TaskList& tasks) {
+  if (tasks == regions_->tasks()) return;
+  regions_->setTasks(tasks);
+  snapshot_.reset();
+}
+
+void SceneGraphBuilder::setConfig(const SceneGraphConfig& config) {
+  config_ = validated(config);
+  objects_->setConfig(config);
+  regions_->setConfig(config);
+  snapshot_.reset();
+}
+
+PrimitiveUpdate SceneGraphBuilder::addPrimitives(
+    const std::vector<ObjectPrimitivePtr>& primitives) {
+  const PrimitiveUpdate update = objects_->add(primitives);
+  if (update.counters.clustered + update.counters.without_embedding > 0) snapshot_.reset();
+  return update;
+}
+
+PlaceUpdate SceneGraphBuilder::setPlaces(const PlaceGraphPtr& places) {
+  if (places == regions_->places()) return {};
+  const PlaceUpdate update = regions_->setPlaces(places);
+  snapshot_.reset();
+  return update;
+}
+
+SceneGraphPtr SceneGraphBuilder::snapshot() {
+  if (snapshot_) return snapshot_;
+  auto graph = std::make_shared<SceneGraph>();
+  graph->config = config_;
+  graph->object_tasks = objects_->tasks().names;
+  graph->place_tasks = regions_->tasks().names;
+  graph->primitives = objects_->primitives();
+  graph->objects = objects_->computeObjects();
+  graph->places = regions_->places();
+  graph->regions = regions_->computeRegions();
+  graph->region_edges = computeRegionEdges(*graph);
+  graph->stamp = std::max(objects_->newest(), graph->places->stamp);
+  for (auto& object : graph->objects) {
+    object.place = findNearestPlace(*graph->places, object.position_m);
+  }
+  snapshot_ = graph;
+  return snapshot_;
+}
+
+}  // namespace task_scene_graph::scene_graph

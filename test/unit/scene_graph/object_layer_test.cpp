@@ -1,0 +1,337 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "task_scene_graph/scene_graph/object_layer.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <map>
+
+#include "random_world.h"
+#include "sample_graph.h"
+#include "task_scene_graph/bottleneck/clustering.h"
+#include "task_scene_graph/config/config.h"
+#include "task_scene_graph/scene_graph/scoring.h"
+
+namespace task_scene_graph::scene_graph {
+namespace {
+
+using Primitives = std::vector<ObjectPrimitivePtr>;
+using Ids = std::vector<PrimitiveId>;
+
+double bestCosine(const Embedding& embedding, const TaskList& tasks) {
+  return findBestTask(embedding, tasks.embeddings).cosine;
+}
+
+/// The objects' primitives, to compare partitions.
+std::vector<Ids> listMembers(const std::vector<SceneObject>& objects) {
+  std::vector<Ids> members;
+  for (const auto& object : objects) members.push_back(object.primitives);
+  std::sort(members.begin(), members.end());
+  return members;
+}
+
+std::vector<SceneObject> computeObjects(const SceneGraphConfig& config, const TaskList& tasks,
+                                        const Primitives& primitives) {
+  ObjectLayer layer(config);
+  layer.setTasks(tasks);
+  layer.add(primitives);
+  return layer.computeObjects();
+}
+
+/// Members of the published clusters, straight from the clustering, all primitives at once.
+std::vector<Ids> clusterDirectly(const SceneGraphConfig& config, const TaskList& tasks,
+                                 const Primitives& primitives) {
+  using bottleneck::IncrementalClustering;
+  IncrementalClustering clustering(config.objectClustering(),
+                                   IncrementalClustering::Adjacency::kBoxOverlap);
+  clustering.setTasks(tasks.embeddings);
+  std::map<std::uint64_t, Embedding> embeddings;
+  for (const auto& primitive : primitives) {
+    if (primitive->embedding.size() == 0) continue;
+    clustering.insert(primitive->id.value, primitive->embedding, primitive->box);
+    embeddings[primitive->id.value] = primitive->embedding;
+  }
+  std::vector<Ids> published;
+  for (const auto& cluster : clustering.clusters()) {
+    Ids ids;
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(RandomWorld::kSize);
+    for (const auto key : cluster.members) {
+      ids.push_back({key});
+      sum += embeddings.at(key).cast<double>();
+    }
+    const Embedding mean = (sum / static_cast<double>(ids.size())).cast<float>();
+    if (cluster.task != 0 && bestCosine(mean, tasks) >= config.object_alpha) {
+      published.push_back(ids);
+    }
+  }
+  std::sort(published.begin(), published.end());
+  return published;
+}
+
+class RandomObjects : public ::testing::TestWithParam<unsigned> {
+ protected:
+  RandomWorld world_{GetParam()};
+  Primitives primitives_ = world_.makePrimitives(120, 6.0, 1);
+};
+INSTANTIATE_TEST_SUITE_P(Seeds, RandomObjects, ::testing::Range(1U, 9U));
+
+TEST_P(RandomObjects, AreTheRelevantClustersOfABatchRunHoweverPrimitivesArrive) {
+  SceneGraphConfig config;
+  config.object_delta = world_.draw(0, 1) < 0.5 ? 1e-5 : 5e-3;
+  Primitives shuffled = primitives_;
+  std::shuffle(shuffled.begin(), shuffled.end(), world_.random());
+  ObjectLayer layer(config);
+  layer.setTasks(world_.tasks());
+  for (std::size_t i = 0; i < shuffled.size(); i += 20) {
+    layer.add({shuffled.begin() + static_cast<std::ptrdiff_t>(i),
+               shuffled.begin() + static_cast<std::ptrdiff_t>(i + 20)});
+    const Primitives present(shuffled.begin(), shuffled.begin() + static_cast<std::ptrdiff_t>(i + 20));
+    ASSERT_EQ(listMembers(layer.computeObjects()),
+              clusterDirectly(config, world_.tasks(), present));
+  }
+  EXPECT_FALSE(layer.computeObjects().empty());
+}
+
+TEST_P(RandomObjects, DescribeTheirPrimitives) {
+  SceneGraphConfig config;
+  config.object_delta = 5e-3;
+  for (const auto& object : computeObjects(config, world_.tasks(), primitives_)) {
+    Aabb box;
+    Eigen::Vector3d centers_m = Eigen::Vector3d::Zero();
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(RandomWorld::kSize);
+    Stamp first = Stamp::fromSeconds(1e9);
+    Stamp last;
+    for (const PrimitiveId id : object.primitives) {
+      const ObjectPrimitive& primitive = *primitives_.at(id.value - 1);
+      box.extend(primitive.box);
+      centers_m += (primitive.box.min() + primitive.box.max()) / 2;
+      sum += primitive.embedding.cast<double>();
+      first = std::min(first, primitive.first_seen);
+      last = std::max(last, primitive.last_seen);
+    }
+    const auto count = static_cast<double>(object.primitives.size());
+    EXPECT_TRUE(object.position_m.isApprox(centers_m / count, 1e-12));
+    EXPECT_TRUE(object.box.isApprox(box, 0.0));
+    EXPECT_TRUE(object.embedding.isApprox((sum / count).cast<float>(), 1e-6F));
+    EXPECT_EQ(object.first_seen, first);
+    EXPECT_EQ(object.last_seen, last);
+    EXPECT_TRUE(std::is_sorted(object.primitives.begin(), object.primitives.end()));
+  }
+}
+
+TEST_P(RandomObjects, ServeTheTaskOfHighestCosine) {
+  const TaskList& tasks = world_.tasks();
+  for (const auto& object : computeObjects({}, tasks, primitives_)) {
+    EXPECT_EQ(object.task, tasks.names.at(static_cast<std::size_t>(object.task_index)));
+    for (Eigen::Index j = 0; j < tasks.embeddings.rows(); ++j) {
+      const Embedding task = tasks.embeddings.row(j).transpose();
+      const double cosine = static_cast<double>(object.embedding.normalized().dot(task.normalized()));
+      EXPECT_LE(cosine, object.score + 1e-6);
+      if (j == object.task_index) EXPECT_NEAR(cosine, object.score, 1e-6);
+    }
+    EXPECT_GE(object.score, SceneGraphConfig().object_alpha);
+  }
+}
+
+TEST_P(RandomObjects, AreTheRelevantPrimitivesOneByOneForDeltaZero) {
+  SceneGraphConfig config;
+  config.object_delta = 0.0;
+  std::vector<Ids> relevant;
+  for (const auto& primitive : primitives_) {
+    if (primitive->embedding.size() == 0) continue;
+    if (bestCosine(primitive->embedding, world_.tasks()) >= config.object_alpha) {
+      relevant.push_back({primitive->id});
+    }
+  }
+  EXPECT_EQ(listMembers(computeObjects(config, world_.tasks(), primitives_)), relevant);
+}
+
+TEST_P(RandomObjects, AreGroupsOfOverlappingBoxesForDeltaOne) {
+  RandomWorld world(GetParam(), 1);
+  Primitives primitives;
+  for (const auto& given : world.makePrimitives(60, 8.0, 1)) {
+    auto primitive = std::make_shared<ObjectPrimitive>(*given);
+    primitive->embedding = world.makeEmbedding(20.0F);
+    primitives.push_back(primitive);
+  }
+  SceneGraphConfig config;
+  config.object_delta = 1.0;
+  std::vector<Ids> expected;
+  for (const auto& group : findComponents(primitives.size(), [&](std::size_t i, std::size_t j) {
+         return hasOverlap(primitives[i]->box, primitives[j]->box);
+       })) {
+    expected.emplace_back();
+    for (const std::size_t i : group) expected.back().push_back(primitives[i]->id);
+  }
+  EXPECT_GT(expected.size(), 1U);
+  EXPECT_LT(expected.size(), primitives.size());
+  EXPECT_EQ(listMembers(computeObjects(config, world.tasks(), primitives)), expected);
+}
+
+TEST_P(RandomObjects, KeepTheirIdsWhileTheyKeepTheirPrimitives) {
+  ObjectLayer layer(SceneGraphConfig{});
+  layer.setTasks(world_.tasks());
+  std::map<Ids, ObjectId> ids;
+  std::size_t kept = 0;
+  for (int round = 0; round < 6; ++round) {
+    layer.add(world_.makePrimitives(20, 8.0, 1 + 20 * static_cast<std::uint64_t>(round)));
+    std::map<Ids, ObjectId> now;
+    for (const auto& object : layer.computeObjects()) now[object.primitives] = object.id;
+    for (const auto& [members, id] : now) {
+      const auto before = ids.find(members);
+      if (before == ids.end()) continue;
+      EXPECT_EQ(id, before->second);
+      ++kept;
+    }
+    ids = now;
+  }
+  EXPECT_GT(kept, 10U);
+}
+
+TEST_P(RandomObjects, AreNoneWithAlphaAboveAllScores) {
+  SceneGraphConfig config;
+  config.object_alpha = 1.0;
+  EXPECT_TRUE(computeObjects(config, world_.tasks(), primitives_).empty());
+}
+
+TEST_P(RandomObjects, FollowEveryChangeOfTheConfigurationAsIfItHadBeenSoFromTheStart) {
+  ObjectLayer layer(SceneGraphConfig{});
+  layer.setTasks(world_.tasks());
+  layer.add(primitives_);
+  for (int i = 0; i < 10; ++i) {
+    SceneGraphConfig config;
+    config.object_alpha = world_.draw(0.1, 0.7);
+    config.object_delta = std::pow(10.0, world_.draw(-6, -1));
+    config.object_top_k = 1 + i % 4;
+    config.prune_null = i % 3 != 0;
+    layer.setConfig(config);
+    EXPECT_EQ(listMembers(layer.computeObjects()),
+              clusterDirectly(config, world_.tasks(), primitives_));
+  }
+}
+
+TEST_P(RandomObjects, FollowAChangeOfTasks) {
+  RandomWorld other(GetParam() + 100, 3);
+  ObjectLayer layer(SceneGraphConfig{});
+  layer.setTasks(world_.tasks());
+  layer.add(primitives_);
+  layer.computeObjects();
+  layer.setTasks(other.tasks());
+  EXPECT_EQ(listMembers(layer.computeObjects()), clusterDirectly({}, other.tasks(), primitives_));
+  layer.setTasks({});
+  EXPECT_TRUE(layer.computeObjects().empty());
+}
+
+TaskList makeTwoTasks() {
+  TaskList tasks;
+  tasks.names = {"cup", "sofa"};
+  tasks.embeddings.resize(2, 3);
+  tasks.embeddings << 1.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F;
+  return tasks;
+}
+
+TEST(Objects, OfScoreBelowMinObjectScoreAreNotPublished) {
+  // cosine 0.6 to "cup"
+  const Primitives primitives = {makePrimitive(1, {0, 0, 0}, makeEmbedding({0.6F, 0, 0.8F}))};
+  SceneGraphConfig config;
+  EXPECT_EQ(computeObjects(config, makeTwoTasks(), primitives).size(), 1U);
+  config.min_object_score = 0.59;
+  EXPECT_EQ(computeObjects(config, makeTwoTasks(), primitives).size(), 1U);
+  config.min_object_score = 0.61;
+  EXPECT_TRUE(computeObjects(config, makeTwoTasks(), primitives).empty());
+}
+
+TEST(Objects, BackgroundIsNotPublishedHoweverLowTheMinimum) {
+  const Primitives primitives = {makePrimitive(1, {0, 0, 0}, makeEmbedding({0.22F, 0, 0.975F}))};
+  SceneGraphConfig config;
+  config.min_object_score = 0.2;
+  EXPECT_TRUE(computeObjects(config, makeTwoTasks(), primitives).empty());
+}
+
+TEST(Primitives, WithoutEmbeddingAreGeometryOnly) {
+  ObjectLayer layer(SceneGraphConfig{});
+  layer.setTasks(makeTwoTasks());
+  const PrimitiveUpdate update =
+      layer.add({makePrimitive(3, {0, 0, 0}, makeEmbedding({1, 0, 0})),
+                 makePrimitive(2, {0.5, 0, 0}, Embedding()),
+                 makePrimitive(1, {0.5, 0, 0}, makeEmbedding({0, 0, 0}))});
+  EXPECT_EQ(update.counters.clustered, 1U);
+  EXPECT_EQ(update.counters.without_embedding, 2U);
+  EXPECT_EQ(update.error, "");
+  EXPECT_EQ(listMembers(layer.computeObjects()), (std::vector<Ids>{{{3}}}));
+  ASSERT_EQ(layer.primitives().size(), 3U);
+  EXPECT_EQ(layer.primitives().front()->id, PrimitiveId{1});
+}
+
+TEST(Primitives, OfAnotherEmbeddingSizeAreDroppedNamingBothSizes) {
+  ObjectLayer layer(SceneGraphConfig{});
+  layer.setTasks(makeTwoTasks());
+  PrimitiveUpdate update = layer.add({makePrimitive(7, {0, 0, 0}, makeEmbedding({1, 0})),
+                                      makePrimitive(8, {0, 0, 0}, makeEmbedding({1, 0, 0}))});
+  EXPECT_EQ(update.counters.rejected, 1U);
+  EXPECT_EQ(update.counters.clustered, 1U);
+  EXPECT_EQ(update.error,
+            "primitive 7 has an embedding of 2 values, expected 3 as the object tasks have");
+  EXPECT_EQ(layer.primitives().size(), 1U);
+
+  update = layer.add({makePrimitive(9, {0, 0, 0}, makeEmbedding({1, 0, 0, 0}))});
+  EXPECT_EQ(update.error,
+            "primitive 9 has an embedding of 4 values, expected 3 as the primitives before have");
+  EXPECT_EQ(layer.counters().rejected, 2U);
+}
+
+TEST(Primitives, WithoutIdBoxOrFiniteEmbeddingAreDropped) {
+  const auto rejected = [](ObjectPrimitive primitive) {
+    ObjectLayer layer(SceneGraphConfig{});
+    const PrimitiveUpdate update = layer.add({std::make_shared<ObjectPrimitive>(primitive)});
+    EXPECT_FALSE(update.error.empty());
+    EXPECT_TRUE(layer.primitives().empty());
+    return update.counters.rejected == 1;
+  };
+  const ObjectPrimitive good = *makePrimitive(1, {0, 0, 0}, makeEmbedding({1, 0, 0}));
+  ObjectPrimitive bad = good;
+  bad.id = {};
+  EXPECT_TRUE(rejected(bad));
+  bad = good;
+  bad.box = Aabb();
+  EXPECT_TRUE(rejected(bad));
+  bad = good;
+  bad.box.max().x() = std::numeric_limits<double>::infinity();
+  EXPECT_TRUE(rejected(bad));
+  bad = good;
+  bad.embedding[1] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_TRUE(rejected(bad));
+  ObjectLayer layer(SceneGraphConfig{});
+  EXPECT_EQ(layer.add({nullptr}).counters.rejected, 1U);
+}
+
+TEST(Primitives, GivenTwiceAreTakenOnce) {
+  ObjectLayer layer(SceneGraphConfig{});
+  layer.setTasks(makeTwoTasks());
+  const auto primitive = makePrimitive(1, {0, 0, 0}, makeEmbedding({1, 0, 0}));
+  layer.add({primitive});
+  EXPECT_EQ(layer.add({primitive, primitive}).counters.repeated, 2U);
+  EXPECT_EQ(layer.computeObjects().size(), 1U);
+}
+
+TEST(ObjectTasks, OfAnotherSizeAreRefusedAndTheOldStayInForce) {
+  ObjectLayer layer(SceneGraphConfig{});
+  layer.setTasks(makeTwoTasks());
+  layer.add({makePrimitive(1, {0, 0, 0}, makeEmbedding({1, 0, 0}))});
+  TaskList wrong = makeTwoTasks();
+  wrong.embeddings = EmbeddingMatrix::Ones(2, 5);
+  try {
+    layer.setTasks(wrong);
+    FAIL() << "accepted tasks of another model";
+  } catch (const config::ConfigError& e) {
+    const std::string message = e.what();
+    EXPECT_NE(message.find("object tasks"), std::string::npos) << message;
+    EXPECT_NE(message.find("have 5 values, expected 3"), std::string::npos) << message;
+  }
+  wrong.embeddings.resize(0, 0);
+  EXPECT_THROW(layer.setTasks(wrong), config::ConfigError);
+  EXPECT_EQ(layer.computeObjects().size(), 1U);
+}
+
+}  // namespace
+}  // namespace task_scene_graph::scene_graph
