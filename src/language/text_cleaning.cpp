@@ -40,9 +40,11 @@ std::string cleanText(const std::string& utf8_text) {
 
 std::vector<std::string> splitWords(const std::string& clean_utf8_text) {
   // Only the first part ignores case (so that a long s is an s): ICU would else count characters as
-  // letters that merely fold to one.
-  static const icu::RegexPattern kWord = compilePattern(
-      R"((?i:<start_of_text>|<end_of_text>|'s|'t|'re|'ve|'m|'ll|'d)|\p{L}+|\p{N}|[^\s\p{L}\p{N}]+)");
+  // letters that merely fold to one. U+0345 folds to a letter and is none, so open_clip's pattern,
+  // which ignores case everywhere, lets it fall between its two classes: it is in no word.
+  static const icu::RegexPattern kWord =
+      compilePattern(R"((?i:<start_of_text>|<end_of_text>|'s|'t|'re|'ve|'m|'ll|'d))"
+                     R"(|\p{L}+|\p{N}|[^\s\p{L}\p{N}\u0345]+)");
   const icu::UnicodeString text = toUnicode(clean_utf8_text);
   UErrorCode status = U_ZERO_ERROR;
   const std::unique_ptr<icu::RegexMatcher> matcher(kWord.matcher(text, status));
