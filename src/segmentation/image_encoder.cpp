@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "task_scene_graph/segmentation/image_encoder.h"
 
-#include "task_scene_graph/core/parallel.h"
+#include <algorithm>
+
+#include "own_threads.h"
 
 namespace task_scene_graph::segmentation {
 namespace {
@@ -20,6 +22,14 @@ Table makeTable(const ModelSet& models) {
   return table;
 }
 
+/// On the CPU, several runs of one thread each go on at once: as fast as one run of several
+/// threads, and the result does not depend on their number (ONNX Runtime's own threads change sums
+/// slightly).
+EngineConfig makeRunConfig(EngineConfig engine) {
+  if (engine.provider == ExecutionProvider::kCpu) engine.num_threads = 1;
+  return engine;
+}
+
 int chooseSize(std::int64_t from_file, int from_models) {
   return from_file > 0 ? static_cast<int>(from_file) : from_models;
 }
@@ -28,16 +38,18 @@ int chooseSize(std::int64_t from_file, int from_models) {
 
 ImageEncoder::ImageEncoder(const ModelSet& models, const EngineConfig& engine,
                            const ImageEncoderConfig& config)
-    : network_(models.image_encoder, engine),
+    : network_(models.image_encoder, makeRunConfig(engine)),
       config_(config),
-      num_threads_(resolveNumThreads(engine)),
+      threads_across_batches_(resolveNumThreads(engine)),
       normalised_(makeTable(models)) {
   checkSignature();
   const std::vector<std::int64_t>& shape = network_.inputs()[0].shape;
   input_size_px_ = chooseSize(shape[2], models.image_encoder_input_size_px);
   fixed_batch_ = chooseSize(shape[0], 0);
   embedding_size_ = models.embedding_size;
-  warmUp(engine.provider != ExecutionProvider::kCpu);
+  const bool on_cpu = engine.provider == ExecutionProvider::kCpu;
+  if (!on_cpu) std::swap(threads_across_batches_, threads_within_batch_);
+  warmUp(!on_cpu);
 }
 
 void ImageEncoder::checkSignature() const {
@@ -96,23 +108,29 @@ EmbeddingMatrix ImageEncoder::runBatch(const std::vector<float>& tensor, const B
       .topRows(batch.used);
 }
 
+std::vector<float> ImageEncoder::makeTensor(const ColorImage& color, const cv::Mat& labels,
+                                            const CropRequest* requests, const Batch& batch) const {
+  const auto values = 3 * static_cast<std::size_t>(input_size_px_ * input_size_px_);
+  std::vector<float> tensor(values * static_cast<std::size_t>(batch.size), 0.0F);
+  const auto used = static_cast<std::size_t>(batch.used);
+  runOnOwnThreads(used, threads_within_batch_, [&](std::size_t i) {
+    const cv::Mat square =
+        cropToSquare(color.image, labels, requests[i], config_.fit, input_size_px_);
+    writeTensor(square, color.order, tensor.data() + i * values);
+  });
+  return tensor;
+}
+
 EmbeddingMatrix ImageEncoder::encode(const ColorImage& color, const cv::Mat& labels,
                                      const std::vector<CropRequest>& requests) const {
   EmbeddingMatrix embeddings(static_cast<Eigen::Index>(requests.size()), embedding_size_);
-  const auto values = 3 * static_cast<std::size_t>(input_size_px_ * input_size_px_);
-  std::vector<float> tensor;
-  std::size_t done = 0;
-  for (const Batch& batch : plan(static_cast<int>(requests.size()))) {
-    tensor.assign(values * static_cast<std::size_t>(batch.size), 0.0F);
-    const auto used = static_cast<std::size_t>(batch.used);
-    parallelFor(used, num_threads_, [&](std::size_t i) {
-      const cv::Mat square =
-          cropToSquare(color.image, labels, requests[done + i], config_.fit, input_size_px_);
-      writeTensor(square, color.order, tensor.data() + i * values);
-    });
-    embeddings.middleRows(static_cast<Eigen::Index>(done), batch.used) = runBatch(tensor, batch);
-    done += used;
-  }
+  const std::vector<Batch> batches = plan(static_cast<int>(requests.size()));
+  std::vector<int> first(batches.size(), 0);
+  for (std::size_t b = 1; b < batches.size(); ++b) first[b] = first[b - 1] + batches[b - 1].used;
+  runOnOwnThreads(batches.size(), threads_across_batches_, [&](std::size_t b) {
+    const auto tensor = makeTensor(color, labels, requests.data() + first[b], batches[b]);
+    embeddings.middleRows(first[b], batches[b].used) = runBatch(tensor, batches[b]);
+  });
   return embeddings;
 }
 

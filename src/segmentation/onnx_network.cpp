@@ -121,9 +121,9 @@ struct Network::Session {
   std::atomic<bool> cancelled{false};
 };
 
-Network::Network(const std::string& path, const EngineConfig& config)
-    : path_(path), session_(std::make_unique<Session>()) {
+Network::Network(const std::string& path, const EngineConfig& config) : path_(path) {
   Ort::Env& environment = openOnnxRuntime(config.library);
+  session_ = std::make_unique<Session>();  // not earlier: even an empty one needs the library
   if (!std::filesystem::is_regular_file(path)) {
     throw InferenceError("network file '" + path + "' is not there");
   }

@@ -6,8 +6,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "own_threads.h"
 #include "task_scene_graph/config/config.h"
-#include "task_scene_graph/core/parallel.h"
 #include "task_scene_graph/segmentation/label_painter.h"
 #include "task_scene_graph/segmentation/letterbox.h"
 #include "task_scene_graph/segmentation/mask_decoder.h"
@@ -100,8 +100,8 @@ class Segmenter::Implementation {
         findCandidates(raw, models_.segmenter_score_threshold), models_.segmenter_iou_threshold,
         static_cast<std::size_t>(config_.max_segments));
     std::vector<SegmentMask> masks(detections.size());
-    parallelFor(detections.size(), num_threads_,
-                [&](std::size_t i) { masks[i] = decodeMask(raw, detections[i], letterbox); });
+    runOnOwnThreads(detections.size(), num_threads_,
+                    [&](std::size_t i) { masks[i] = decodeMask(raw, detections[i], letterbox); });
     return paintLabels(masks, color.image.size(), config_.refine_masks, config_.min_area_px);
   }
 
@@ -125,11 +125,11 @@ class Segmenter::Implementation {
     const EmbeddingMatrix rows = encoder_->encode(color, segments.labels, planCrops(segments));
     const Eigen::Index crops_per_segment = config_.embed_crop + config_.embed_masked_crop;
     for (Eigen::Index s = 0; s < num_segments && crops_per_segment > 0; ++s) {
-      result.embeddings.row(s) =
-          toUnit(rows.middleRows(s * crops_per_segment, crops_per_segment).colwise().mean());
+      result.embeddings.row(s) = toUnit(
+          rows.middleRows(s * crops_per_segment, crops_per_segment).colwise().mean().transpose());
     }
     if (!config_.embed_image) return;
-    const Embedding image = toUnit(rows.bottomRows(1));
+    const Embedding image = toUnit(rows.row(rows.rows() - 1).transpose());
     if (!image.isZero(0.0F)) result.image_embedding = image;
   }
 

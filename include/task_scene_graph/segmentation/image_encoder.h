@@ -22,7 +22,7 @@ enum class CropFit {
 
 struct ImageEncoderConfig {
   CropFit fit = CropFit::kCenterCrop;
-  int max_batch = 8;
+  int max_batch = 4;
   bool pad_batches = false;
 
   template <typename Self, typename Visitor>
@@ -87,12 +87,15 @@ class ImageEncoder {
   void checkSignature() const;
   void warmUp(bool all_sizes);
   void writeTensor(const cv::Mat& square, ColorOrder order, float* tensor) const;
+  std::vector<float> makeTensor(const ColorImage& color, const cv::Mat& labels,
+                                const CropRequest* requests, const Batch& batch) const;
   EmbeddingMatrix runBatch(const std::vector<float>& tensor, const Batch& batch) const;
   std::vector<Batch> plan(int num_crops) const;
 
   Network network_;
   ImageEncoderConfig config_;
-  int num_threads_ = 1;
+  int threads_across_batches_ = 1;  ///< CPU: several runs at once
+  int threads_within_batch_ = 1;    ///< GPU: one run at once, crops prepared by several threads
   int input_size_px_ = 0;
   int embedding_size_ = 0;
   int fixed_batch_ = 0;  ///< the file's batch size, 0 where it leaves it open

@@ -34,7 +34,7 @@ struct ModelSet {
     v.field("segmenter_input_size_px", self.segmenter_input_size_px, {32, 4096}, "px",
             "side of the square input, where the file leaves it open");
     v.field("image_encoder", self.image_encoder, {}, "", "CLIP-shaped ONNX file");
-    v.field("image_encoder_input_size_px", self.image_encoder_input_size_px, {16, 2048}, "px",
+    v.field("image_encoder_input_size_px", self.image_encoder_input_size_px, {1, 2048}, "px",
             "side of the square input, where the file leaves it open");
     v.field("text_encoder", self.text_encoder, {}, "", "ONNX file; empty: none");
     v.field("tokenizer", self.tokenizer, {}, "", "vocabulary file; empty: none");

@@ -50,8 +50,8 @@ TEST_F(ModelSetTest, AnAbsolutePathStaysAsItIs) {
   touch("seg.onnx");
   touch("clip.onnx");
   const std::string path = (folder_.path() / "seg.onnx").string();
-  const ModelSet models = loadModelSet(
-      write("{segmenter: " + path + ", image_encoder: clip.onnx, embedding_size: 8}"));
+  const ModelSet models =
+      loadModelSet(write("{segmenter: " + path + ", image_encoder: clip.onnx, embedding_size: 8}"));
   EXPECT_EQ(models.segmenter, path);
 }
 
