@@ -62,11 +62,10 @@ ObjectView::ObjectView(const RgbdFrame& frame_in, const cv::Mat& labels_in,
 }
 
 DepthImage ObjectView::computeMaskedDepth() const {
-  DepthImage masked = frame.depth;
-  masked.owner = nullptr;
-  masked.image = cv::Mat::zeros(frame.depth.image.size(), frame.depth.image.type());
-  frame.depth.image.copyTo(masked.image, labels == segment);
-  return masked;
+  // A new cv::Mat: assigning zeros to a copy would overwrite the pixels that it shares.
+  cv::Mat image(frame.depth.image.size(), frame.depth.image.type(), cv::Scalar(0));
+  frame.depth.image.copyTo(image, labels == segment);
+  return {image, frame.depth.metres_per_unit, nullptr};
 }
 
 void ObjectView::crop(const cv::Rect& rect) {
