@@ -14,11 +14,6 @@ namespace {
 
 constexpr float kMinVoxelDepth_m = 0.01F;
 
-struct alignas(32) SliceUpdate {
-  std::array<float, kSliceVoxels> share;           ///< weight of the reading / weight after it
-  std::array<std::int32_t, kSliceVoxels> in_band;  ///< -1 or 0
-};
-
 using SliceColors = std::array<std::uint32_t, kSliceVoxels>;
 
 /// The slice's pixels, each as the number whose low 24 bits are its three bytes.
@@ -119,8 +114,8 @@ bool viewSlice(const FrameView& frame, const Eigen::Vector3f& first_voxel_camera
   return readDepth(frame.depth_m, slice) > 0.0F;
 }
 
-TSG_VECTORIZE BlockUpdate updateDistances(const UpdateRule& rule, const SliceView& slice,
-                                          TsdfVoxel* voxels, SliceUpdate& update) {
+TSG_VECTORIZE void updateDistances(const UpdateRule& rule, const SliceView& slice,
+                                   TsdfVoxel* voxels, SliceUpdate& update) {
   const float truncation = rule.truncation_m;
   const float drop_off_slope = 1.0F / (truncation - rule.drop_off_start_m);
   const float scale = rule.weight_scale;
@@ -153,7 +148,7 @@ TSG_VECTORIZE BlockUpdate updateDistances(const UpdateRule& rule, const SliceVie
     observed += valid ? 1 : 0;
     in_band += changed ? 1 : 0;
   }
-  return {observed, in_band};
+  update.counts = {observed, in_band};
 }
 
 TSG_VECTORIZE void blendColors(const SliceUpdate& update, const SliceColors& pixels, int red_shift,
@@ -174,26 +169,31 @@ TSG_VECTORIZE void blendColors(const SliceUpdate& update, const SliceColors& pix
   }
 }
 
+void updateSlice(const FrameView& frame, const UpdateRule& rule, const SliceView& slice,
+                 TsdfVoxel* voxels, VoxelColor* colors, SliceUpdate& update) {
+  static_assert(sizeof(VoxelColor) == sizeof(std::uint32_t));
+  updateDistances(rule, slice, voxels, update);
+  if (update.counts.in_band == 0 || frame.color.empty()) return;
+  SliceColors pixels;
+  SliceColors blended;
+  readColors(frame.color, slice, pixels);
+  std::memcpy(blended.data(), colors, sizeof(blended));
+  blendColors(update, pixels, frame.red_shift, frame.blue_shift, blended.data());
+  std::memcpy(static_cast<void*>(colors), blended.data(), sizeof(blended));
+}
+
 BlockUpdate updateBlock(const FrameView& frame, const UpdateRule& rule, double voxel_size_m,
                         TsdfBlock& block) {
-  static_assert(sizeof(VoxelColor) == sizeof(std::uint32_t));
   const auto origins = computeSliceOrigins(frame, voxel_size_m, block.index);
   SliceView slice;
   SliceUpdate update;
-  SliceColors pixels;
   BlockUpdate total;
   for (std::size_t z = 0; z < kBlockSide; ++z) {
     if (!viewSlice(frame, origins[z], slice)) continue;
     const std::size_t first = z * kSliceVoxels;
-    const BlockUpdate now = updateDistances(rule, slice, &block.voxels[first], update);
-    total.observed += now.observed;
-    total.in_band += now.in_band;
-    if (now.in_band == 0 || frame.color.empty()) continue;
-    SliceColors colors;
-    std::memcpy(colors.data(), &block.colors[first], sizeof(colors));
-    readColors(frame.color, slice, pixels);
-    blendColors(update, pixels, frame.red_shift, frame.blue_shift, colors.data());
-    std::memcpy(static_cast<void*>(&block.colors[first]), colors.data(), sizeof(colors));
+    updateSlice(frame, rule, slice, &block.voxels[first], &block.colors[first], update);
+    total.observed += update.counts.observed;
+    total.in_band += update.counts.in_band;
   }
   return total;
 }

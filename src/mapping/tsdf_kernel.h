@@ -51,9 +51,20 @@ struct BlockUpdate {
   int in_band = 0;   ///< of these, voxels whose value can move the mesh
 };
 
+/// What became of the voxels of a slice.
+struct alignas(32) SliceUpdate {
+  std::array<float, kSliceVoxels> share;           ///< weight of the reading / weight after it
+  std::array<std::int32_t, kSliceVoxels> in_band;  ///< reading within the truncation: -1, else 0
+  BlockUpdate counts;
+};
+
 /// Projects the slice z of a block into the frame. False if no voxel of it sees a reading.
 bool viewSlice(const FrameView& frame, const Eigen::Vector3f& first_voxel_camera_m,
                SliceView& slice);
+
+/// Integrates what a slice sees into its voxels (TsdfBlock::voxels and colors from its first on).
+void updateSlice(const FrameView& frame, const UpdateRule& rule, const SliceView& slice,
+                 TsdfVoxel* voxels, VoxelColor* colors, SliceUpdate& update);
 
 /// Integrates the frame into all voxels of a block.
 BlockUpdate updateBlock(const FrameView& frame, const UpdateRule& rule, double voxel_size_m,

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "task_scene_graph/mapping/frame_buffer.h"
+
+#include <algorithm>
+
+#include "task_scene_graph/config/config.h"
+
+namespace task_scene_graph::mapping {
+namespace {
+
+std::size_t countBytes(const cv::Mat& image) { return image.total() * image.elemSize(); }
+
+std::size_t countBytes(const SegmentedFrame& images) {
+  std::size_t bytes = countBytes(images.frame->color.image) + countBytes(images.frame->depth.image);
+  if (images.segmentation) {
+    bytes += countBytes(images.segmentation->labels);
+    bytes += static_cast<std::size_t>(images.segmentation->embeddings.size()) * sizeof(float);
+  }
+  return bytes;
+}
+
+}  // namespace
+
+FrameBuffer::FrameBuffer(const FrameBufferConfig& config)
+    : max_bytes_(static_cast<std::size_t>(config.max_megabytes) * 1000000U) {
+  config::validate(config, "frame buffer");
+}
+
+void FrameBuffer::addFrame(const RgbdFramePtr& frame) {
+  Entry& entry = entries_[frame->stamp];
+  entry.images = {frame, nullptr};
+  setBytes(entry);
+  ++counters_.added;
+  evictWhileFull();
+}
+
+void FrameBuffer::addSegmentation(const SegmentationPtr& segmentation) {
+  const auto entry = entries_.find(segmentation->stamp);
+  if (entry == entries_.end()) {
+    ++counters_.unknown_segmentations;
+    return;
+  }
+  entry->second.images.segmentation = segmentation;
+  setBytes(entry->second);
+  evictWhileFull();
+}
+
+void FrameBuffer::add(const RgbdFramePtr& frame, const SegmentationPtr& segmentation) {
+  addFrame(frame);
+  addSegmentation(segmentation);
+}
+
+void FrameBuffer::update(const TrackedFrame& tracked) {
+  const auto seen = entries_.find(tracked.stamp);
+  if (seen != entries_.end()) {
+    for (const TrackId track : tracked.segment_tracks) {
+      if (track.isValid()) seen->second.tracks.insert(track);
+    }
+  }
+  const std::set<TrackId> live(tracked.live.begin(), tracked.live.end());
+  for (auto entry = entries_.begin(); entry != entries_.end() && entry->first <= tracked.stamp;) {
+    const auto& tracks = entry->second.tracks;
+    const bool is_needed = std::any_of(tracks.begin(), tracks.end(),
+                                       [&](TrackId track) { return live.count(track) != 0; });
+    if (is_needed) {
+      ++entry;
+    } else {
+      entry = erase(entry);
+      ++counters_.released;
+    }
+  }
+}
+
+SegmentedFrame FrameBuffer::find(Stamp stamp) const {
+  const auto entry = entries_.find(stamp);
+  return entry == entries_.end() ? SegmentedFrame{} : entry->second.images;
+}
+
+std::vector<SegmentedFrame> FrameBuffer::collect(const Track& track) const {
+  std::vector<SegmentedFrame> frames;
+  frames.reserve(track.observations.size());
+  for (const auto& observation : track.observations) frames.push_back(find(observation.stamp));
+  return frames;
+}
+
+FrameBuffer::Entries::iterator FrameBuffer::erase(Entries::iterator entry) {
+  counters_.bytes -= entry->second.bytes;
+  const auto next = entries_.erase(entry);
+  counters_.frames = entries_.size();
+  return next;
+}
+
+void FrameBuffer::setBytes(Entry& entry) {
+  counters_.bytes -= entry.bytes;
+  entry.bytes = countBytes(entry.images);
+  counters_.bytes += entry.bytes;
+  counters_.frames = entries_.size();
+}
+
+void FrameBuffer::evictWhileFull() {
+  while (counters_.bytes > max_bytes_ && entries_.size() > 1) {
+    erase(entries_.begin());
+    ++counters_.evicted;
+  }
+}
+
+}  // namespace task_scene_graph::mapping
