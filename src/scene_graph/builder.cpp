@@ -14,6 +14,10 @@ SceneGraphConfig validated(const SceneGraphConfig& config) {
   return config;
 }
 
+bool isSame(const SceneGraphConfig& a, const SceneGraphConfig& b) {
+  return YAML::Dump(config::toYaml(a)) == YAML::Dump(config::toYaml(b));
+}
+
 /// Id of the place nearest to a point; the smallest of equally near ones, none if there are none.
 PlaceId findNearestPlace(const PlaceGraph& graph, const Eigen::Vector3d& position_m) {
   PlaceId nearest;
@@ -47,6 +51,7 @@ void SceneGraphBuilder::setPlaceTasks(const TaskList& tasks) {
 }
 
 void SceneGraphBuilder::setConfig(const SceneGraphConfig& config) {
+  if (isSame(config, config_)) return;
   config_ = validated(config);
   objects_->setConfig(config);
   regions_->setConfig(config);

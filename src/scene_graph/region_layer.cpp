@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <set>
 #include <stdexcept>
 
 #include "task_scene_graph/bottleneck/clustering.h"
@@ -42,12 +43,13 @@ void checkPlaces(const PlaceGraph& graph) {
 }
 
 void checkEdges(const PlaceGraph& graph) {
+  std::set<std::pair<PlaceId, PlaceId>> seen;
   for (const auto& edge : graph.edges) {
     const bool known = hasPlace(graph.places, edge.a) && hasPlace(graph.places, edge.b);
-    if (known && edge.a < edge.b) continue;
-    throw std::invalid_argument("place graph: edge " + std::to_string(edge.a.value) + " - " +
-                                std::to_string(edge.b.value) +
-                                ", expected two of its places, the smaller id first");
+    if (known && edge.a < edge.b && seen.emplace(edge.a, edge.b).second) continue;
+    throw std::invalid_argument(
+        "place graph: edge " + std::to_string(edge.a.value) + " - " + std::to_string(edge.b.value) +
+        ", expected two of its places, the smaller id first, each pair once");
   }
 }
 
@@ -91,7 +93,6 @@ PlaceUpdate RegionLayer::apply(const PlaceGraphPtr& places) {
     edges.emplace_back(edge.a.value, edge.b.value);
   }
   std::sort(edges.begin(), edges.end());
-  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
   eraseEdges(edges, update);
   replacePlaces(usable, update);
   insertEdges(edges, update);

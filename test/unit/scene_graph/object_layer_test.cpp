@@ -85,7 +85,8 @@ TEST_P(RandomObjects, AreTheRelevantClustersOfABatchRunHoweverPrimitivesArrive) 
   for (std::size_t i = 0; i < shuffled.size(); i += 20) {
     layer.add({shuffled.begin() + static_cast<std::ptrdiff_t>(i),
                shuffled.begin() + static_cast<std::ptrdiff_t>(i + 20)});
-    const Primitives present(shuffled.begin(), shuffled.begin() + static_cast<std::ptrdiff_t>(i + 20));
+    const Primitives present(shuffled.begin(),
+                             shuffled.begin() + static_cast<std::ptrdiff_t>(i + 20));
     ASSERT_EQ(listMembers(layer.computeObjects()),
               clusterDirectly(config, world_.tasks(), present));
   }
@@ -125,9 +126,12 @@ TEST_P(RandomObjects, ServeTheTaskOfHighestCosine) {
     EXPECT_EQ(object.task, tasks.names.at(static_cast<std::size_t>(object.task_index)));
     for (Eigen::Index j = 0; j < tasks.embeddings.rows(); ++j) {
       const Embedding task = tasks.embeddings.row(j).transpose();
-      const double cosine = static_cast<double>(object.embedding.normalized().dot(task.normalized()));
+      const double cosine =
+          static_cast<double>(object.embedding.normalized().dot(task.normalized()));
       EXPECT_LE(cosine, object.score + 1e-6);
-      if (j == object.task_index) EXPECT_NEAR(cosine, object.score, 1e-6);
+      if (j == object.task_index) {
+        EXPECT_NEAR(cosine, object.score, 1e-6);
+      }
     }
     EXPECT_GE(object.score, SceneGraphConfig().object_alpha);
   }

@@ -27,8 +27,9 @@ class RandomWorld {
 
   /// `weight` of a random task plus noise: 0 = pure noise, large = serves that task.
   Embedding makeEmbedding(float weight) {
-    const auto task = std::uniform_int_distribution<Eigen::Index>(0, tasks_.embeddings.rows() - 1);
-    return weight * tasks_.embeddings.row(task(random_)).transpose() + makeNoise();
+    const auto task = drawIndex(tasks_.names.size());
+    return weight * tasks_.embeddings.row(static_cast<Eigen::Index>(task)).transpose() +
+           makeNoise();
   }
 
   /// Boxes of 0.4 to 1.2 m in a hall of side `side_m`; every tenth has no embedding.
@@ -71,8 +72,8 @@ class RandomWorld {
 
   void addRandomEdge(PlaceGraph& graph) {
     if (graph.places.size() < 2) return;
-    const PlaceId a = pick(graph.places).id;
-    const PlaceId b = pick(graph.places).id;
+    const PlaceId a = graph.places[drawIndex(graph.places.size())].id;
+    const PlaceId b = graph.places[drawIndex(graph.places.size())].id;
     if (a == b) return;
     const PlaceEdge edge{std::min(a, b), std::max(a, b), draw(0.25, 1)};
     const auto before = [](const PlaceEdge& x, const PlaceEdge& y) {
@@ -96,10 +97,6 @@ class RandomWorld {
   }
   std::size_t drawIndex(std::size_t size) {
     return std::uniform_int_distribution<std::size_t>(0, size - 1)(random_);
-  }
-  template <typename Items>
-  auto& pick(Items& items) {
-    return items[drawIndex(items.size())];
   }
   std::mt19937& random() { return random_; }
 
@@ -130,8 +127,9 @@ std::vector<std::vector<std::size_t>> findComponents(std::size_t count, const Is
   }
   std::vector<std::vector<std::size_t>> groups(count);
   for (std::size_t i = 0; i < count; ++i) groups[label[i]].push_back(i);
-  groups.erase(std::remove_if(groups.begin(), groups.end(), [](const auto& g) { return g.empty(); }),
-               groups.end());
+  groups.erase(
+      std::remove_if(groups.begin(), groups.end(), [](const auto& g) { return g.empty(); }),
+      groups.end());
   return groups;
 }
 
