@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <mutex>
+#include <optional>
+
+#include "task_scene_graph/core/frame.h"
+
+namespace task_scene_graph::ros_interface {
+
+/// Brings frames and their segmentations together by exact stamp. Either may come first: a
+/// segmentation is usually late, a frame may have to wait for its pose. Thread-safe.
+class FrameMatcher {
+ public:
+  struct Match {
+    RgbdFramePtr frame;
+    SegmentationPtr segmentation;
+  };
+
+  /// Keeps at most `max_frames` frames (oldest out first) and as many segmentations.
+  explicit FrameMatcher(std::size_t max_frames) : max_frames_(max_frames) {}
+
+  /// Frames older than the match are forgotten: segmentations come in order.
+  std::optional<Match> addFrame(RgbdFramePtr frame);
+  std::optional<Match> addSegmentation(SegmentationPtr segmentation);
+  /// Forgets everything.
+  void clear();
+
+  /// Segmentations that went without ever finding their frame.
+  std::uint64_t numUnmatchedSegmentations() const;
+  std::size_t numFrames() const;
+
+ private:
+  Match finish(RgbdFramePtr frame, SegmentationPtr segmentation);
+
+  const std::size_t max_frames_;
+  mutable std::mutex mutex_;
+  std::deque<RgbdFramePtr> frames_;            ///< ascending by stamp
+  std::deque<SegmentationPtr> segmentations_;  ///< ascending by stamp
+  std::uint64_t num_unmatched_ = 0;
+};
+
+}  // namespace task_scene_graph::ros_interface

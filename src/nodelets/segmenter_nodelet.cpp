@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <mutex>
+#include <pluginlib/class_list_macros.hpp>
+
+#include "stage_nodelet.h"
+#include "task_scene_graph/ros/geometry_conversions.h"
+#include "task_scene_graph/ros/image_conversions.h"
+#include "task_scene_graph/ros/message_conversions.h"
+#include "task_scene_graph/ros/stamp_order.h"
+#include "task_scene_graph/ros/topic_watch.h"
+#include "task_scene_graph/ros/worker.h"
+#include "task_scene_graph/segmentation/segmenter.h"
+
+namespace task_scene_graph::nodelets {
+
+struct SegmenterNodeletConfig {
+  segmentation::SegmenterConfig segmenter;
+  std::string models;
+  double patience_s = 5.0;
+  CommonConfig common;
+
+  template <typename Self, typename Visitor>
+  static void visit(Self& self, Visitor& v) {
+    segmentation::SegmenterConfig::visit(self.segmenter, v);
+    v.field("models", self.models, {}, "", "YAML file of the model set");
+    v.field("patience_s", self.patience_s, {0.1, 3600.0}, "s",
+            "a topic that is silent for so long (wall time) is named in a warning");
+    CommonConfig::visit(self.common, v);
+  }
+};
+
+/// `camera/color/image_raw` -> `segmentation`. Always works on the newest image there is.
+class SegmenterNodelet : public StageNodelet {
+ public:
+  ~SegmenterNodelet() override {
+    stopServices();
+    if (segmenter_ != nullptr) segmenter_->cancel();
+  }
+
+ private:
+  void start() override;
+  void check() override;
+  msg::FinishResponse finish(const msg::FinishRequest& request, Deadline deadline) override;
+
+  void onImage(const sensor_msgs::ImageConstPtr& message);
+  void process(const sensor_msgs::ImageConstPtr& message);
+
+  std::unique_ptr<segmentation::Segmenter> segmenter_;
+  ros_interface::StampOrder order_;
+  std::mutex published_mutex_;
+  Stamp last_stamp_;
+  ros::Publisher publisher_;
+  std::unique_ptr<ros_interface::TopicWatch> watch_;
+  std::unique_ptr<ros_interface::Worker<sensor_msgs::ImageConstPtr>> worker_;
+  ros::Subscriber subscriber_;
+};
+
+void SegmenterNodelet::start() {
+  const auto config = loadConfig<SegmenterNodeletConfig>();
+  if (config.models.empty()) {
+    throw std::runtime_error(
+        "parameter '" + getPrivateNodeHandle().resolveName("models") +
+        "' is not set: it names the YAML file of a model set (launch argument models:=...). The "
+        "README says where models come from and how to export them. A bag that holds a recorded "
+        "segmentation needs none: recorded_segmentation:=true");
+  }
+  segmenter_ = std::make_unique<segmentation::Segmenter>(segmentation::loadModelSet(config.models),
+                                                         config.segmenter);
+  publisher_ = getNodeHandle().advertise<msg::Segmentation>("segmentation", 100);
+  worker_ = std::make_unique<ros_interface::Worker<sensor_msgs::ImageConstPtr>>(
+      1, [this](const sensor_msgs::ImageConstPtr& message) { process(message); });
+  subscriber_ =
+      getNodeHandle().subscribe("camera/color/image_raw", 1, &SegmenterNodelet::onImage, this);
+  watch_ = std::make_unique<ros_interface::TopicWatch>(report(), config.patience_s);
+  watch_->add(subscriber_, "camera/color/image_raw");
+}
+
+void SegmenterNodelet::onImage(const sensor_msgs::ImageConstPtr& message) {
+  watch_->noteMessage(0);
+  report().countInput();
+  const auto kind = order_.update(ros_interface::toStamp(message->header.stamp));
+  if (kind == ros_interface::StampOrder::Kind::kDuplicate) {
+    report().countDropped("repeated stamp");
+    return;
+  }
+  report().countDropped("a newer image came", "", worker_->push(message));
+}
+
+void SegmenterNodelet::process(const sensor_msgs::ImageConstPtr& message) {
+  try {
+    const ros_interface::StageTimer timer;
+    const ColorImage color = ros_interface::toColorImage(message, subscriber_.getTopic());
+    report().countImage(ros_interface::isShared(color.image, *message), color.image.data);
+    const Segmentation segmentation = segmenter_->segment(color);
+    publisher_.publish(ros_interface::toMessage(segmentation, message->header.frame_id));
+    report().countProcessed(timer.elapsedMs());
+    const std::lock_guard<std::mutex> lock(published_mutex_);
+    last_stamp_ = segmentation.stamp;
+  } catch (const std::exception& e) {
+    report().countDropped("error", std::string("dropped an image: ") + e.what());
+  }
+}
+
+void SegmenterNodelet::check() { watch_->check(); }
+
+msg::FinishResponse SegmenterNodelet::finish(const msg::FinishRequest&, Deadline deadline) {
+  msg::FinishResponse response;
+  response.success = worker_->waitIdle(deadline);
+  response.message = response.success ? "nothing is left to segment" : "still at work";
+  const std::lock_guard<std::mutex> lock(published_mutex_);
+  response.stamp = ros_interface::toRosTime(last_stamp_);
+  return response;
+}
+
+}  // namespace task_scene_graph::nodelets
+
+PLUGINLIB_EXPORT_CLASS(task_scene_graph::nodelets::SegmenterNodelet, nodelet::Nodelet)

@@ -1,0 +1,7 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "task_scene_graph/ros/run_nodelets.h"
+
+int main(int argc, char** argv) {
+  return task_scene_graph::ros_interface::runNodelets(argc, argv, "tracker",
+                                                      {{"task_scene_graph/Tracker", ""}});
+}
