@@ -98,13 +98,14 @@ TensorView toView(Ort::Value&& value) {
   return {info.GetShape(), is_float ? owner->GetTensorData<float>() : nullptr, owner};
 }
 
-Ort::Value wrapInput(const TensorView& input) {
+template <typename T>
+Ort::Value wrapInput(const std::vector<std::int64_t>& shape, const T* values) {
   std::size_t count = 1;
-  for (const std::int64_t size : input.shape) count *= static_cast<std::size_t>(size);
+  for (const std::int64_t size : shape) count *= static_cast<std::size_t>(size);
   const auto memory = Ort::MemoryInfo::CreateCpu(OrtArenaAllocator, OrtMemTypeDefault);
   // ONNX Runtime takes inputs as mutable but does not write to them.
-  return Ort::Value::CreateTensor<float>(memory, const_cast<float*>(input.values), count,
-                                         input.shape.data(), input.shape.size());
+  return Ort::Value::CreateTensor<T>(memory, const_cast<T*>(values), count, shape.data(),
+                                     shape.size());
 }
 
 std::vector<const char*> namesOf(const std::vector<TensorInfo>& infos) {
@@ -139,22 +140,36 @@ Network::Network(const std::string& path, const EngineConfig& config) : path_(pa
 
 Network::~Network() = default;
 
-std::vector<TensorView> Network::run(const TensorView& input) const {
+template <typename T>
+std::vector<TensorView> Network::runOn(const std::vector<std::int64_t>& shape,
+                                       const T* values) const {
   if (isCancelled()) throw Cancelled();
   try {
-    const Ort::Value value = wrapInput(input);
+    const Ort::Value value = wrapInput(shape, values);
     const char* input_name = inputs_.at(0).name.c_str();
     const std::vector<const char*> output_names = namesOf(outputs_);
-    std::vector<Ort::Value> values = session_->session.Run(
+    std::vector<Ort::Value> results = session_->session.Run(
         session_->run_options, &input_name, &value, 1, output_names.data(), output_names.size());
     std::vector<TensorView> views;
-    for (auto& output : values) views.push_back(toView(std::move(output)));
+    for (auto& output : results) views.push_back(toView(std::move(output)));
     return views;
   } catch (const Ort::Exception& e) {
     if (isCancelled()) throw Cancelled();
-    throw InferenceError("network '" + path_ + "' failed on an input " + toText(input.shape) +
+    throw InferenceError("network '" + path_ + "' failed on an input " + toText(shape) +
                          ", it has " + toText(inputs_) + ": " + e.what());
   }
+}
+
+std::vector<TensorView> Network::run(const TensorView& input) const {
+  return runOn(input.shape, input.values);
+}
+
+std::vector<TensorView> Network::run(const IntegerTensorView<std::int64_t>& input) const {
+  return runOn(input.shape, input.values);
+}
+
+std::vector<TensorView> Network::run(const IntegerTensorView<std::int32_t>& input) const {
+  return runOn(input.shape, input.values);
 }
 
 void Network::cancel() {

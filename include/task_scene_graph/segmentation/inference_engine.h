@@ -59,6 +59,13 @@ struct TensorView {
   std::shared_ptr<const void> owner;
 };
 
+/// An input of integers (std::int32_t or std::int64_t), row-major; the caller keeps them alive.
+template <typename Integer>
+struct IntegerTensorView {
+  std::vector<std::int64_t> shape;
+  const Integer* values = nullptr;
+};
+
 /// An input or output of a network file.
 struct TensorInfo {
   std::string name;
@@ -93,6 +100,9 @@ class Network {
   /// not copied, the outputs are owned by the views.
   /// @throws Cancelled after `cancel`; InferenceError if the run fails, naming the file and shapes.
   std::vector<TensorView> run(const TensorView& input) const;
+  /// The same for a network of one integer input.
+  std::vector<TensorView> run(const IntegerTensorView<std::int64_t>& input) const;
+  std::vector<TensorView> run(const IntegerTensorView<std::int32_t>& input) const;
 
   /// Ends a running `run` within milliseconds; it and all later ones throw Cancelled.
   void cancel();
@@ -100,6 +110,9 @@ class Network {
 
  private:
   struct Session;
+
+  template <typename T>
+  std::vector<TensorView> runOn(const std::vector<std::int64_t>& shape, const T* values) const;
 
   std::string path_;
   std::vector<TensorInfo> inputs_;
