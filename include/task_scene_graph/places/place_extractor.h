@@ -83,6 +83,7 @@ class PlaceExtractor {
   std::vector<PlaceEdge> edges_;
   Stamp stamp_;
   std::uint64_t next_id_ = 1;
+  Eigen::Index embedding_size_ = 0;  ///< 0 until the first view
   PlaceCounters counters_;
 };
 

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "task_scene_graph/places/ground_map.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace task_scene_graph::places {
+namespace {
+
+/// A standing place of one column.
+struct GroundNode {
+  int x = 0;  ///< voxel column
+  int y = 0;
+  float height_m = 0.0F;
+};
+
+using Nodes = std::vector<GroundNode>;
+
+/// Box of columns and, per column, its nodes as a range of `nodes`.
+struct NodeGrid {
+  GridExtent extent;
+  std::vector<std::size_t> begin;  ///< one more than there are columns
+  Nodes nodes;                     ///< by column, then by height
+};
+
+GridExtent computeExtent(const Nodes& nodes) {
+  GridIndex min(nodes[0].x, nodes[0].y, 0);
+  GridIndex max = min;
+  for (const GroundNode& node : nodes) {
+    min = min.cwiseMin(GridIndex(node.x, node.y, 0));
+    max = max.cwiseMax(GridIndex(node.x, node.y, 0));
+  }
+  return {min, max - min + GridIndex::Ones()};
+}
+
+NodeGrid makeNodeGrid(Nodes nodes) {
+  NodeGrid grid;
+  grid.extent = computeExtent(nodes);
+  const auto column_of = [&](const GroundNode& node) {
+    return grid.extent.toLinear({node.x, node.y, 0});
+  };
+  std::stable_sort(nodes.begin(), nodes.end(), [&](const GroundNode& a, const GroundNode& b) {
+    return column_of(a) < column_of(b);
+  });
+  grid.begin.assign(grid.extent.numCells() + 1, 0);
+  for (const GroundNode& node : nodes) ++grid.begin[column_of(node) + 1];
+  for (std::size_t i = 1; i < grid.begin.size(); ++i) grid.begin[i] += grid.begin[i - 1];
+  grid.nodes = std::move(nodes);
+  return grid;
+}
+
+/// Calls `visit(node)` for every node of the four columns beside `from` that a step can reach.
+template <typename Visit>
+void forEachStep(const NodeGrid& grid, const GroundNode& from, double max_step_m, Visit visit) {
+  for (const auto& [dx, dy] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
+    const GridIndex column(from.x + dx, from.y + dy, 0);
+    if (!grid.extent.contains(column)) continue;
+    const std::size_t linear = grid.extent.toLinear(column);
+    for (std::size_t n = grid.begin[linear]; n < grid.begin[linear + 1]; ++n) {
+      const double step_m = std::abs(static_cast<double>(grid.nodes[n].height_m - from.height_m));
+      if (step_m <= max_step_m) visit(n);
+    }
+  }
+}
+
+/// Nodes reachable by steps from `seed`, which they are marked with.
+Nodes collectFloor(const NodeGrid& grid, std::size_t seed, double max_step_m,
+                   std::vector<char>& is_taken) {
+  Nodes floor;
+  std::vector<std::size_t> open{seed};
+  is_taken[seed] = 1;
+  while (!open.empty()) {
+    const GroundNode node = grid.nodes[open.back()];
+    open.pop_back();
+    floor.push_back(node);
+    forEachStep(grid, node, max_step_m, [&](std::size_t next) {
+      if (is_taken[next] != 0) return;
+      is_taken[next] = 1;
+      open.push_back(next);
+    });
+  }
+  return floor;
+}
+
+/// Where a floor passes under itself (ramps), the lower storey counts.
+Floor makeFloor(const Nodes& nodes) {
+  Floor floor;
+  floor.extent = computeExtent(nodes);
+  floor.height_m.assign(floor.extent.numCells(), kUnknown);
+  for (const GroundNode& node : nodes) {
+    float& height_m = floor.height_m[floor.extent.toLinear({node.x, node.y, 0})];
+    if (isUnknown(height_m) || node.height_m < height_m) height_m = node.height_m;
+  }
+  return floor;
+}
+
+}  // namespace
+
+std::vector<float> findGround(const VoxelMap::Column& column, double voxel_size_m,
+                              double body_height_m) {
+  const auto body = static_cast<std::size_t>(std::ceil(body_height_m / voxel_size_m));
+  const std::vector<float>& distances_m = column.distances_m;
+  std::vector<float> heights_m;
+  std::size_t num_free = 0;
+  for (std::size_t i = distances_m.size(); i-- > 0;) {
+    if (isFree(distances_m[i])) {
+      ++num_free;
+      continue;
+    }
+    if (isSolid(distances_m[i]) && num_free >= body) {
+      const double below_m = static_cast<double>(distances_m[i]);
+      const double above_m = static_cast<double>(distances_m[i + 1]);
+      const double index =
+          column.min_z + static_cast<double>(i) + 0.5 - below_m / (above_m - below_m);
+      heights_m.push_back(static_cast<float>(index * voxel_size_m));
+    }
+    num_free = 0;
+  }
+  std::reverse(heights_m.begin(), heights_m.end());
+  return heights_m;
+}
+
+void GroundMap::updateColumns(const VoxelMap& voxels,
+                              const std::vector<VoxelMap::ColumnIndex>& changed) {
+  for (const VoxelMap::ColumnIndex& index : changed) {
+    const auto columns = voxels.readColumns(index);
+    auto& heights_m = heights_m_[index];
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      heights_m[i] = findGround(columns[i], voxels.voxelSize(), config_.body_height_m);
+    }
+  }
+}
+
+std::vector<Floor> GroundMap::computeFloors(double voxel_size_m) const {
+  Nodes nodes;
+  for (const auto& [index, heights_m] : heights_m_) {
+    for (int i = 0; i < 64; ++i) {
+      for (const float height_m : heights_m[static_cast<std::size_t>(i)]) {
+        nodes.push_back({index.first * 8 + i % 8, index.second * 8 + i / 8, height_m});
+      }
+    }
+  }
+  if (nodes.empty()) return {};
+  const NodeGrid grid = makeNodeGrid(std::move(nodes));
+  std::vector<char> is_taken(grid.nodes.size(), 0);
+  std::vector<Nodes> floors;
+  for (std::size_t seed = 0; seed < grid.nodes.size(); ++seed) {
+    if (is_taken[seed] != 0) continue;
+    Nodes floor = collectFloor(grid, seed, config_.max_step_m, is_taken);
+    const double area_m2 = static_cast<double>(floor.size()) * voxel_size_m * voxel_size_m;
+    if (area_m2 >= config_.min_floor_area_m2) floors.push_back(std::move(floor));
+  }
+  std::stable_sort(floors.begin(), floors.end(),
+                   [](const Nodes& a, const Nodes& b) { return a.size() > b.size(); });
+  std::vector<Floor> result;
+  for (const Nodes& floor : floors) result.push_back(makeFloor(floor));
+  return result;
+}
+
+}  // namespace task_scene_graph::places

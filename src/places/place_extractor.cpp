@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "task_scene_graph/places/place_extractor.h"
+
+#include <algorithm>
+#include <unordered_map>
+
+#include "task_scene_graph/config/config.h"
+#include "task_scene_graph/places/near_pairs.h"
+
+namespace task_scene_graph::places {
+namespace {
+
+bool hasUsableDepth(const RgbdFrame& frame) {
+  const int type = frame.depth.image.type();
+  return (type == CV_16UC1 || type == CV_32FC1) &&
+         frame.depth.image.cols == frame.camera.width_px &&
+         frame.depth.image.rows == frame.camera.height_px;
+}
+
+bool isUsableEmbedding(const Embedding& embedding) {
+  return embedding.size() > 0 && embedding.allFinite() && !embedding.isZero(0.0F);
+}
+
+PlaceEdge makeEdge(PlaceId a, PlaceId b, double clearance_m) {
+  return a < b ? PlaceEdge{a, b, clearance_m} : PlaceEdge{b, a, clearance_m};
+}
+
+bool isBefore(const PlaceEdge& left, const PlaceEdge& right) {
+  return left.a == right.a ? left.b < right.b : left.a < right.a;
+}
+
+}  // namespace
+
+PlaceExtractor::PlaceExtractor(const PlacesConfig& config)
+    : config_((config::validate(config, "places"), config)),
+      ground_(config),
+      views_(config.max_views, config.max_view_range_m, config.occlusion_tolerance_m) {}
+
+void PlaceExtractor::update(const mapping::TsdfVolume& free_space,
+                            const std::vector<mapping::GridIndex>& changed_blocks, Stamp stamp) {
+  const auto changed_columns = voxels_.copyBlocks(free_space, changed_blocks);
+  ++counters_.updates;
+  stamp_ = stamp;
+  if (changed_columns.empty()) return;
+  if (config_.free_space == FreeSpaceKind::kWalkable) {
+    ground_.updateColumns(voxels_, changed_columns);
+  }
+  replacePlaces(computeSparseGraph());
+}
+
+SparseGraph PlaceExtractor::computeSparseGraph() const {
+  const auto sparsify = [&](const FreeSpace& space) {
+    return places::computeSparseGraph(space, findVoronoiCells(space, config_), config_);
+  };
+  if (config_.free_space == FreeSpaceKind::kVolume) {
+    return sparsify(makeVolumeSpace(voxels_, config_));
+  }
+  SparseGraph graph;
+  for (const Floor& floor : ground_.computeFloors(voxels_.voxelSize())) {
+    graph.append(sparsify(makeWalkableSpace(voxels_, floor, config_)));
+  }
+  return graph;
+}
+
+std::vector<PlaceId> PlaceExtractor::matchIds(const std::vector<SparsePlace>& found) {
+  std::vector<Eigen::Vector3d> old_m;
+  std::vector<Eigen::Vector3d> new_m;
+  for (const PlaceState& state : places_) old_m.push_back(state.place.position_m);
+  for (const SparsePlace& place : found) new_m.push_back(place.position_m);
+  std::vector<PlaceId> ids(found.size());
+  std::vector<char> is_taken(places_.size(), 0);
+  for (const NearPair& pair : findNearPairs(old_m, new_m, config_.cell_size_m)) {
+    if (is_taken[pair.a] != 0 || ids[pair.b].isValid()) continue;
+    is_taken[pair.a] = 1;
+    ids[pair.b] = places_[pair.a].place.id;
+  }
+  counters_.places_removed +=
+      static_cast<std::uint64_t>(std::count(is_taken.begin(), is_taken.end(), 0));
+  for (PlaceId& id : ids) {
+    if (id.isValid()) continue;
+    id = PlaceId{next_id_++};
+    ++counters_.places_created;
+  }
+  return ids;
+}
+
+void PlaceExtractor::replacePlaces(const SparseGraph& sparse) {
+  const std::vector<PlaceId> ids = matchIds(sparse.places);
+  std::unordered_map<PlaceId, PlaceState*> old;
+  for (PlaceState& state : places_) old[state.place.id] = &state;
+  std::vector<PlaceState> places(sparse.places.size());
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    Place& place = places[i].place;
+    place.id = ids[i];
+    place.position_m = sparse.places[i].position_m;
+    place.clearance_m = sparse.places[i].clearance_m;
+    const auto same = old.find(ids[i]);
+    const bool has_stayed = same != old.end() && same->second->place.position_m == place.position_m;
+    places[i].views =
+        has_stayed ? std::move(same->second->views) : views_.collect(place.position_m);
+  }
+  edges_.clear();
+  for (const SparseEdge& edge : sparse.edges) {
+    edges_.push_back(makeEdge(ids[edge.a], ids[edge.b], edge.clearance_m));
+  }
+  std::sort(edges_.begin(), edges_.end(), isBefore);
+  places_ = std::move(places);
+  std::sort(places_.begin(), places_.end(),
+            [](const PlaceState& a, const PlaceState& b) { return a.place.id < b.place.id; });
+}
+
+void PlaceExtractor::addView(const RgbdFrame& frame, const Embedding& image_embedding) {
+  const bool fits = embedding_size_ == 0 || image_embedding.size() == embedding_size_;
+  if (!fits || !isUsableEmbedding(image_embedding) || !hasUsableDepth(frame) ||
+      !frame.T_world_camera.matrix().allFinite()) {
+    ++counters_.ignored_views;
+    return;
+  }
+  embedding_size_ = image_embedding.size();
+  const View& view = views_.add(makeView(frame, image_embedding));
+  for (PlaceState& state : places_) {
+    if (views_.sees(view, state.place.position_m)) state.views.add(image_embedding);
+  }
+  ++counters_.views;
+  counters_.forgotten_views = views_.numForgotten();
+}
+
+PlaceGraph PlaceExtractor::graph() const {
+  PlaceGraph graph;
+  graph.stamp = stamp_;
+  graph.edges = edges_;
+  for (const PlaceState& state : places_) {
+    graph.places.push_back(state.place);
+    graph.places.back().embedding = state.views.computeMean();
+    graph.places.back().num_views = state.views.count;
+  }
+  return graph;
+}
+
+}  // namespace task_scene_graph::places

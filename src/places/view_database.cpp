@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "task_scene_graph/places/view_database.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace task_scene_graph::places {
+namespace {
+
+std::uint16_t computeMedian_mm(const DepthImage& depth, const cv::Rect& tile) {
+  std::vector<float> values_m;
+  for (int v = tile.y; v < tile.y + tile.height; ++v) {
+    for (int u = tile.x; u < tile.x + tile.width; ++u) {
+      const float depth_m = depth.at(u, v);
+      if (depth_m > 0.0F) values_m.push_back(depth_m);
+    }
+  }
+  if (values_m.empty()) return 0;
+  const auto middle = values_m.begin() + static_cast<std::ptrdiff_t>(values_m.size() / 2);
+  std::nth_element(values_m.begin(), middle, values_m.end());
+  return static_cast<std::uint16_t>(std::clamp(std::lround(*middle * 1000.0F), 1L, 65535L));
+}
+
+}  // namespace
+
+bool View::sees(const Eigen::Vector3d& p_world, double max_range_m, double tolerance_m) const {
+  const Eigen::Vector3d p_camera = T_camera_world * p_world;
+  if (p_camera.z() <= 0.0 || p_camera.squaredNorm() > max_range_m * max_range_m) return false;
+  const Eigen::Vector2d pixel = camera.project(p_camera);
+  const Eigen::Vector2d size(camera.width_px, camera.height_px);
+  if ((pixel.array() < -0.5).any() || (pixel.array() >= size.array() - 0.5).any()) return false;
+  const int u_px = static_cast<int>(pixel.x() + 0.5);
+  const int v_px = static_cast<int>(pixel.y() + 0.5);
+  const int tile = v_px / kTile_px * tiles_per_row + u_px / kTile_px;
+  const std::uint16_t measured_mm = depth_mm[static_cast<std::size_t>(tile)];
+  return measured_mm == 0 || p_camera.z() <= 0.001 * measured_mm + tolerance_m;
+}
+
+View makeView(const RgbdFrame& frame, const Embedding& embedding) {
+  View view;
+  view.camera = frame.camera;
+  view.T_camera_world = frame.T_world_camera.inverse();
+  view.tiles_per_row = (frame.camera.width_px + View::kTile_px - 1) / View::kTile_px;
+  view.embedding = embedding;
+  const cv::Rect image(0, 0, frame.camera.width_px, frame.camera.height_px);
+  for (int v = 0; v < image.height; v += View::kTile_px) {
+    for (int u = 0; u < image.width; u += View::kTile_px) {
+      const cv::Rect tile = cv::Rect(u, v, View::kTile_px, View::kTile_px) & image;
+      view.depth_mm.push_back(computeMedian_mm(frame.depth, tile));
+    }
+  }
+  return view;
+}
+
+void ViewSum::add(const Embedding& embedding) {
+  if (sum.size() == 0) sum.setZero(embedding.size());
+  sum += embedding.cast<double>();
+  ++count;
+}
+
+Embedding ViewSum::computeMean() const {
+  if (count == 0) return {};
+  return (sum / static_cast<double>(count)).cast<float>();
+}
+
+const View& ViewDatabase::add(View view) {
+  if (views_.size() == max_views_) {
+    views_.pop_front();
+    ++forgotten_;
+  }
+  views_.push_back(std::move(view));
+  return views_.back();
+}
+
+ViewSum ViewDatabase::collect(const Eigen::Vector3d& p_world) const {
+  ViewSum sum;
+  for (const View& view : views_) {
+    if (sees(view, p_world)) sum.add(view.embedding);
+  }
+  return sum;
+}
+
+}  // namespace task_scene_graph::places

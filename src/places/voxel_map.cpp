@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "task_scene_graph/places/voxel_map.h"
+
+#include <set>
+#include <sstream>
+#include <stdexcept>
+
+namespace task_scene_graph::places {
+namespace {
+
+using mapping::kBlockSide;
+
+void copyDistances(const mapping::TsdfBlock& from, VoxelMap::Block& to) {
+  for (std::size_t i = 0; i < to.size(); ++i) {
+    const mapping::TsdfVoxel& voxel = from.voxels[i];
+    to[i] = voxel.weight > 0.0F ? voxel.distance_m : kUnknown;
+  }
+}
+
+std::size_t computeLinear(const GridIndex& voxel) {
+  return static_cast<std::size_t>(
+      mapping::TsdfBlock::computeLinearIndex(mapping::TsdfVolume::computeLocalIndex(voxel)));
+}
+
+}  // namespace
+
+std::vector<VoxelMap::ColumnIndex> VoxelMap::copyBlocks(const mapping::TsdfVolume& volume,
+                                                        const std::vector<GridIndex>& blocks) {
+  if (voxel_size_m_ == 0.0) voxel_size_m_ = volume.voxelSize();
+  if (voxel_size_m_ != volume.voxelSize()) {
+    std::ostringstream message;
+    message << "free-space volume has voxels of " << volume.voxelSize() << " m, expected "
+            << voxel_size_m_ << " m as before";
+    throw std::invalid_argument(message.str());
+  }
+  std::set<ColumnIndex> touched;
+  for (const GridIndex& index : blocks) {
+    const mapping::TsdfBlock* block = volume.findBlock(index);
+    if (block == nullptr) continue;
+    auto& copy = columns_[{index.x(), index.y()}][index.z()];
+    if (!copy) copy = std::make_unique<Block>();
+    copyDistances(*block, *copy);
+    touched.insert({index.x(), index.y()});
+  }
+  return {touched.begin(), touched.end()};
+}
+
+float VoxelMap::at(const GridIndex& voxel) const {
+  const GridIndex index = mapping::TsdfVolume::computeBlockIndex(voxel);
+  const auto column = columns_.find({index.x(), index.y()});
+  if (column == columns_.end()) return kUnknown;
+  const auto block = column->second.find(index.z());
+  return block == column->second.end() ? kUnknown : (*block->second)[computeLinear(voxel)];
+}
+
+std::array<VoxelMap::Column, 64> VoxelMap::readColumns(const ColumnIndex& index) const {
+  std::array<Column, 64> result;
+  const auto found = columns_.find(index);
+  if (found == columns_.end() || found->second.empty()) return result;
+  const int min_block = found->second.begin()->first;
+  const int num_blocks = found->second.rbegin()->first - min_block + 1;
+  for (Column& column : result) {
+    column.min_z = min_block * kBlockSide;
+    column.distances_m.assign(static_cast<std::size_t>(num_blocks * kBlockSide), kUnknown);
+  }
+  for (const auto& [block_z, block] : found->second) {
+    for (std::size_t i = 0; i < block->size(); ++i) {
+      const std::size_t z = static_cast<std::size_t>((block_z - min_block) * kBlockSide) + i / 64;
+      result[i % 64].distances_m[z] = (*block)[i];
+    }
+  }
+  return result;
+}
+
+bool VoxelMap::computeBounds(GridIndex& min, GridIndex& max) const {
+  min.setConstant(std::numeric_limits<int>::max());
+  max.setConstant(std::numeric_limits<int>::min());
+  for (const auto& [index, blocks] : columns_) {
+    min = min.cwiseMin(GridIndex(index.first, index.second, blocks.begin()->first) * kBlockSide);
+    const GridIndex last(index.first, index.second, blocks.rbegin()->first);
+    max = max.cwiseMax(last * kBlockSide + GridIndex::Constant(kBlockSide - 1));
+  }
+  return !columns_.empty();
+}
+
+}  // namespace task_scene_graph::places
