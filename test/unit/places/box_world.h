@@ -31,8 +31,8 @@ class BoxWorld {
     addFloor(x0 - 0.2, y0 - 0.2, x1 + 0.2, y1 + 0.2);
     add({x0 - 0.2, y0 - 0.2, 0}, {x0, y1 + 0.2, height_m});
     add({x1, y0 - 0.2, 0}, {x1 + 0.2, y1 + 0.2, height_m});
-    add({x0, y0 - 0.2, 0}, {x1, y0, height_m});
-    return add({x0, y1, 0}, {x1, y1 + 0.2, height_m});
+    add({x0 - 0.2, y0 - 0.2, 0}, {x1 + 0.2, y0, height_m});
+    return add({x0 - 0.2, y1, 0}, {x1 + 0.2, y1 + 0.2, height_m});
   }
 
   /// Distance to the nearest solid; negative inside of one, to its nearest face.

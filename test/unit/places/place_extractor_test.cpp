@@ -1,0 +1,314 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "task_scene_graph/places/place_extractor.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "box_world.h"
+#include "graph_checks.h"
+#include "task_scene_graph/config/config.h"
+
+namespace task_scene_graph::places {
+namespace {
+
+using test::BoxWorld;
+using test::findParts;
+using test::kVoxel_m;
+
+const Aabb kEverything = makeAabb({-1, -1, -0.5}, {14, 8, 2.4});
+
+PlaceGraph extract(const BoxWorld& world, const PlacesConfig& config = {},
+                   const Aabb& seen = kEverything) {
+  mapping::TsdfVolume volume(kVoxel_m);
+  const auto blocks = test::observe(world, seen, volume);
+  PlaceExtractor extractor(config);
+  extractor.update(volume, blocks, Stamp{1});
+  return extractor.graph();
+}
+
+/// Two rooms of 4 x 4 m with a wall between them, at x = 4 + shift .. 4.2 + shift, that has a door
+/// of `door_m` with a lintel at 2 m.
+BoxWorld makeTwoRooms(double door_m, double shift_m = 0.0) {
+  BoxWorld world;
+  world.addRoom(0, 0, 8.2, 4);
+  const double x0 = 4.0 + shift_m;
+  const double y0 = 1.5 + shift_m;
+  world.add({x0, 0, 0}, {x0 + 0.2, y0, 2.5}).add({x0, y0 + door_m, 0}, {x0 + 0.2, 4, 2.5});
+  return world.add({x0, y0, 2.0}, {x0 + 0.2, y0 + door_m, 2.5});
+}
+
+double computeClearance(const BoxWorld& world, const PlacesConfig& config,
+                        const Eigen::Vector3d& p) {
+  return config.free_space == FreeSpaceKind::kVolume ? world.computeDistance(p)
+                                                     : world.computeHorizontalDistance(p, p.z());
+}
+
+/// What holds for every graph: sorted, edges between its own places, clearances as stated.
+void expectSound(const PlaceGraph& graph, const BoxWorld& world, const PlacesConfig& config = {}) {
+  for (std::size_t i = 0; i < graph.places.size(); ++i) {
+    const Place& place = graph.places[i];
+    EXPECT_TRUE(place.id.isValid());
+    EXPECT_TRUE(i == 0 || graph.places[i - 1].id < place.id);
+    EXPECT_GE(place.clearance_m, config.min_clearance_m);
+    EXPECT_GT(world.computeDistance(place.position_m), 0.0);
+  }
+  for (const PlaceEdge& edge : graph.edges) {
+    EXPECT_LT(edge.a, edge.b);
+    const Eigen::Vector3d a_m = test::findPlace(graph, edge.a).position_m;
+    const Eigen::Vector3d b_m = test::findPlace(graph, edge.b).position_m;
+    EXPECT_GE(edge.clearance_m, config.min_edge_clearance_m);
+    double narrowest_m = config.max_distance_m;
+    for (double t = 0.0; t <= 1.0; t += 0.01) {
+      narrowest_m = std::min(narrowest_m, computeClearance(world, config, a_m + t * (b_m - a_m)));
+    }
+    EXPECT_NEAR(narrowest_m, edge.clearance_m, 0.1);
+  }
+  for (const auto& part : findParts(graph)) {
+    EXPECT_GE(part.size(), static_cast<std::size_t>(config.min_component_size));
+  }
+}
+
+TEST(PlaceExtractor, OneRoomGivesOneConnectedGraphSpreadOverIt) {
+  BoxWorld world;
+  world.addRoom(0, 0, 5, 4);
+  const PlaceGraph graph = extract(world);
+  expectSound(graph, world);
+  EXPECT_EQ(findParts(graph).size(), 1U);
+  EXPECT_GE(graph.places.size(), 5U);
+  for (const Eigen::Vector2d& corner : {Eigen::Vector2d(1, 1), {4, 1}, {1, 3}, {4, 3}}) {
+    const bool is_covered = std::any_of(
+        graph.places.begin(), graph.places.end(),
+        [&](const Place& place) { return (place.position_m.head<2>() - corner).norm() < 1.0; });
+    EXPECT_TRUE(is_covered) << corner.transpose();
+  }
+}
+
+TEST(PlaceExtractor, PlacesStandOnTheFloorNotInTheAir) {
+  BoxWorld world;
+  world.addRoom(0, 0, 5, 4).add({1, 1, 0.7}, {2.6, 2, 0.75});
+  const PlaceGraph graph = extract(world);
+  ASSERT_FALSE(graph.places.empty());
+  const Aabb above_table = makeAabb({1, 1, 0}, {2.6, 2, 3});
+  for (const Place& place : graph.places) {
+    EXPECT_NEAR(place.position_m.z(), 0.5, 0.06);
+    EXPECT_FALSE(above_table.contains(place.position_m));
+  }
+}
+
+class Door : public testing::TestWithParam<int> {};
+
+TEST_P(Door, OfEightyCentimetresConnectsTwoRoomsWhereverTheVoxelsLie) {
+  const BoxWorld world = makeTwoRooms(0.8, 0.01 * GetParam());
+  const PlaceGraph graph = extract(world);
+  expectSound(graph, world);
+  EXPECT_EQ(findParts(graph).size(), 1U);
+  const auto numBeyond = [&](double sign) {
+    return std::count_if(graph.places.begin(), graph.places.end(), [&](const Place& place) {
+      return sign * (place.position_m.x() - 4.1) > 0.3;
+    });
+  };
+  EXPECT_GE(numBeyond(1.0), 3);
+  EXPECT_GE(numBeyond(-1.0), 3);
+}
+
+INSTANTIATE_TEST_SUITE_P(SubVoxelShifts, Door, testing::Range(0, 10));
+
+TEST(PlaceExtractor, ClosedDoorOrSlitKeepsRoomsApart) {
+  for (const double door_m : {0.0, 0.3}) {
+    const BoxWorld world = makeTwoRooms(door_m);
+    const PlaceGraph graph = extract(world);
+    expectSound(graph, world);
+    EXPECT_EQ(findParts(graph).size(), 2U) << door_m;
+  }
+}
+
+TEST(PlaceExtractor, CorridorIsAChainAlongItsMiddle) {
+  BoxWorld world;
+  world.addRoom(0, 0, 12, 1.4);
+  const PlaceGraph graph = extract(world);
+  expectSound(graph, world);
+  EXPECT_EQ(findParts(graph).size(), 1U);
+  EXPECT_GE(graph.places.size(), 9U);
+  EXPECT_LE(graph.places.size(), 14U);
+  for (const Place& place : graph.places) {
+    if (place.position_m.x() < 1.0 || place.position_m.x() > 11.0) continue;  // branches to corners
+    EXPECT_NEAR(place.position_m.y(), 0.7, 0.11);
+    EXPECT_NEAR(place.clearance_m, 0.7, 0.11);
+  }
+}
+
+TEST(PlaceExtractor, UnknownSpaceIsNotFree) {
+  BoxWorld world;
+  world.addRoom(0, 0, 8, 4);
+  mapping::TsdfVolume volume(kVoxel_m);
+  const auto blocks = test::observe(world, kEverything, volume, [](const Eigen::Vector3d& p) {
+    return p.x() < 3.5 || p.x() > 4.5;
+  });
+  PlaceExtractor extractor{PlacesConfig{}};
+  extractor.update(volume, blocks, Stamp{1});
+  const PlaceGraph graph = extractor.graph();
+  EXPECT_EQ(findParts(graph).size(), 2U);
+  for (const Place& place : graph.places) {
+    EXPECT_TRUE(place.position_m.x() < 3.5 || place.position_m.x() > 4.5);
+  }
+}
+
+TEST(PlaceExtractor, SmallComponentsAreLeftOut) {
+  BoxWorld world;
+  world.addRoom(0, 0, 2.2, 2.2);
+  PlacesConfig config;
+  config.min_component_size = 1;
+  const std::size_t all = extract(world, config).places.size();
+  ASSERT_GE(all, 1U);
+  config.min_component_size = static_cast<int>(all) + 1;
+  EXPECT_TRUE(extract(world, config).places.empty());
+}
+
+TEST(PlaceExtractor, VolumeModeFillsARoomWithoutFloorOrGravity) {
+  BoxWorld world;
+  world.addRoom(0, 0, 4, 4).add({-0.2, -0.2, 2.2}, {4.2, 4.2, 2.5});
+  PlacesConfig config;
+  config.free_space = FreeSpaceKind::kVolume;
+  const PlaceGraph graph = extract(world, config);
+  expectSound(graph, world, config);
+  ASSERT_GE(graph.places.size(), 4U);
+  for (const Place& place : graph.places) {
+    EXPECT_NEAR(place.clearance_m, world.computeDistance(place.position_m), 0.1);
+  }
+}
+
+/// Grows the known part of a world by half a metre at a time.
+TEST(PlaceExtractor, IdsStayWhileTheMapGrows) {
+  const BoxWorld world = makeTwoRooms(0.8);
+  mapping::TsdfVolume volume(kVoxel_m);
+  PlaceExtractor extractor{PlacesConfig{}};
+  PlaceGraph before;
+  for (double x_m = 1.0; x_m < 9.0; x_m += 0.5) {
+    const Aabb strip = makeAabb({x_m - 2.0, -1, -0.5}, {x_m, 8, 2.4});
+    extractor.update(volume, test::observe(world, strip, volume), Stamp::fromSeconds(x_m));
+    const PlaceGraph graph = extractor.graph();
+    for (const Place& old : before.places) {
+      // Far from the frontier nothing changes, so nothing may get another id.
+      if (old.position_m.x() > x_m - 4.5) continue;
+      const Place& same = test::findPlace(graph, old.id);
+      EXPECT_EQ(same.position_m, old.position_m);
+    }
+    before = graph;
+  }
+  EXPECT_EQ(findParts(before).size(), 1U);
+  const PlaceCounters& counters = extractor.counters();
+  EXPECT_EQ(counters.places_created - counters.places_removed, before.places.size());
+}
+
+TEST(PlaceExtractor, RepeatedUpdateChangesNothing) {
+  const BoxWorld world = makeTwoRooms(0.8);
+  mapping::TsdfVolume volume(kVoxel_m);
+  const auto blocks = test::observe(world, kEverything, volume);
+  PlaceExtractor extractor{PlacesConfig{}};
+  extractor.update(volume, blocks, Stamp{1});
+  const PlaceGraph first = extractor.graph();
+  extractor.update(volume, blocks, Stamp{2});
+  const PlaceGraph second = extractor.graph();
+  EXPECT_EQ(second.stamp, Stamp{2});
+  ASSERT_EQ(first.places.size(), second.places.size());
+  for (std::size_t i = 0; i < first.places.size(); ++i) {
+    EXPECT_EQ(first.places[i].id, second.places[i].id);
+    EXPECT_EQ(first.places[i].position_m, second.places[i].position_m);
+  }
+}
+
+void expectEqual(const PlaceGraph& a, const PlaceGraph& b) {
+  ASSERT_EQ(a.places.size(), b.places.size());
+  for (std::size_t i = 0; i < a.places.size(); ++i) {
+    EXPECT_EQ(a.places[i].id, b.places[i].id);
+    EXPECT_EQ(a.places[i].position_m, b.places[i].position_m);
+    EXPECT_EQ(a.places[i].clearance_m, b.places[i].clearance_m);
+  }
+  ASSERT_EQ(a.edges.size(), b.edges.size());
+  for (std::size_t i = 0; i < a.edges.size(); ++i) {
+    EXPECT_EQ(a.edges[i].a, b.edges[i].a);
+    EXPECT_EQ(a.edges[i].b, b.edges[i].b);
+    EXPECT_EQ(a.edges[i].clearance_m, b.edges[i].clearance_m);
+  }
+}
+
+TEST(PlaceExtractor, OrderOfChangedBlocksDoesNotMatter) {
+  const BoxWorld world = makeTwoRooms(0.8);
+  mapping::TsdfVolume volume(kVoxel_m);
+  auto blocks = test::observe(world, kEverything, volume);
+  PlaceExtractor sorted{PlacesConfig{}};
+  sorted.update(volume, blocks, Stamp{1});
+  std::mt19937 random(2);
+  std::shuffle(blocks.begin(), blocks.end(), random);
+  PlaceExtractor shuffled{PlacesConfig{}};
+  shuffled.update(volume, blocks, Stamp{1});
+  expectEqual(sorted.graph(), shuffled.graph());
+}
+
+TEST(PlaceExtractor, BlocksThatTheVolumeDropsAreRemembered) {
+  const BoxWorld world = makeTwoRooms(0.8);
+  mapping::TsdfVolume volume(kVoxel_m);
+  const auto blocks = test::observe(world, kEverything, volume);
+  PlaceExtractor extractor{PlacesConfig{}};
+  extractor.update(volume, blocks, Stamp{1});
+  const PlaceGraph before = extractor.graph();
+  for (const auto& block : blocks) volume.removeBlock(block);
+  extractor.update(volume, blocks, Stamp{2});
+  expectEqual(before, extractor.graph());
+}
+
+/// Rooms cluttered at random: whatever comes out must be sound.
+TEST(PlaceExtractor, RandomFurnitureGivesSoundGraphs) {
+  std::mt19937 random(12);
+  std::uniform_real_distribution<double> x_m(0.0, 7.0);
+  std::uniform_real_distribution<double> size_m(0.2, 1.2);
+  std::size_t num_places = 0;
+  for (int trial = 0; trial < 10; ++trial) {
+    BoxWorld world;
+    world.addRoom(0, 0, 8, 6);
+    for (int i = 0; i < 8; ++i) {
+      const Eigen::Vector3d corner(x_m(random), 0.8 * x_m(random), 0.0);
+      world.add(corner, corner + Eigen::Vector3d(size_m(random), size_m(random), 1.5));
+    }
+    const PlaceGraph graph = extract(world);
+    expectSound(graph, world);
+    num_places += graph.places.size();
+  }
+  EXPECT_GT(num_places, 100U);
+}
+
+TEST(PlaceExtractor, EmptyOrSolidVolumesHaveNoPlaces) {
+  PlaceExtractor extractor{PlacesConfig{}};
+  mapping::TsdfVolume volume(kVoxel_m);
+  extractor.update(volume, {}, Stamp{1});
+  EXPECT_TRUE(extractor.graph().places.empty());
+  extractor.update(volume, {{5, 5, 5}}, Stamp{2});
+  EXPECT_TRUE(extractor.graph().places.empty());
+  volume.allocateBlock({0, 0, 0});
+  extractor.update(volume, {{0, 0, 0}}, Stamp{3});
+  EXPECT_TRUE(extractor.graph().places.empty());
+  EXPECT_EQ(extractor.graph().stamp, Stamp{3});
+}
+
+TEST(PlaceExtractor, AnotherVoxelSizeIsRejectedWithBothSizes) {
+  PlaceExtractor extractor{PlacesConfig{}};
+  extractor.update(mapping::TsdfVolume(0.1), {}, Stamp{1});
+  try {
+    extractor.update(mapping::TsdfVolume(0.2), {}, Stamp{2});
+    FAIL() << "accepted";
+  } catch (const std::invalid_argument& e) {
+    EXPECT_NE(std::string(e.what()).find("0.2"), std::string::npos);
+    EXPECT_NE(std::string(e.what()).find("0.1"), std::string::npos);
+  }
+}
+
+TEST(PlacesConfig, ErrorNamesTheFieldOutOfRange) {
+  PlacesConfig config;
+  config.cell_size_m = 0.0;
+  EXPECT_THROW(PlaceExtractor{config}, config::ConfigError);
+}
+
+}  // namespace
+}  // namespace task_scene_graph::places
