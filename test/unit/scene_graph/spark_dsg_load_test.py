@@ -2,9 +2,9 @@
 """Loads a scene graph file into the PyPI package `spark_dsg` and compares it with what was written.
 
 usage: spark_dsg_load_test.py GRAPH.json EXPECTED.json
-The package is looked for on the Python path and in $TSG_SPARK_DSG_PATH or, without that, in
-build/spark_dsg (scripts/install_spark_dsg puts it there). Exit status: 0 all as expected, 1 not,
-77 the package cannot be imported.
+The package is looked for on the Python path, then in $TSG_SPARK_DSG_PATH or, without that, where
+scripts/install_spark_dsg puts it. Exit status: 0 all as expected, 1 not, 77 the package cannot be
+imported.
 """
 import json
 import os
@@ -12,8 +12,9 @@ import pathlib
 import sys
 import unittest
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
-sys.path.append(os.environ.get("TSG_SPARK_DSG_PATH", str(REPOSITORY / "build" / "spark_dsg")))
+CACHE = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+sys.path.append(os.environ.get("TSG_SPARK_DSG_PATH") or
+                os.path.join(CACHE, "task_scene_graph", "spark_dsg"))
 try:
     import numpy
     import spark_dsg
