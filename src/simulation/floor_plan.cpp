@@ -246,8 +246,9 @@ Apartment buildFloorPlan(const ApartmentConfig& config) {
   Apartment apartment;
   apartment.config = config;
   const auto rows = splitIntoRows(config.num_rooms - 1, random);
+  // Both rows get the same length: the longer one is squeezed, the shorter one stretched.
   const double length_m =
-      std::max(computeLength(rows[0], apartment.wall_m), computeLength(rows[1], apartment.wall_m));
+      0.5 * (computeLength(rows[0], apartment.wall_m) + computeLength(rows[1], apartment.wall_m));
   Room corridor;
   corridor.id = 1;
   corridor.phrase = "corridor";

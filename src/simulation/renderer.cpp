@@ -17,14 +17,18 @@ std::uint8_t toByte(float value) {
   return static_cast<std::uint8_t>(std::clamp(value * 255.0F + 0.5F, 0.0F, 255.0F));
 }
 
-/// 1 in the open, less close to walls and ceiling: corners get little light.
-float computeCornerShade(const Room& room, const Eigen::Vector3d& p_m) {
-  const Eigen::Vector2d low = p_m.head<2>() - room.interior_m.min();
-  const Eigen::Vector2d high = room.interior_m.max() - p_m.head<2>();
+/// 1 in the open, less close to the other walls, floor and ceiling: corners get little light.
+float computeCornerShade(const Room& room, const Eigen::Vector3d& p_m,
+                         const Eigen::Vector3d& normal) {
+  const Eigen::Vector3d low(room.interior_m.min().x(), room.interior_m.min().y(), 0.0);
+  const Eigen::Vector3d high(room.interior_m.max().x(), room.interior_m.max().y(), room.height_m);
   double shade = 1.0;
-  for (const double d : {low.x(), low.y(), high.x(), high.y(), p_m.z(), room.height_m - p_m.z()}) {
-    const double near = std::clamp(1.0 - d / 0.5, 0.0, 1.0);
-    if (d > 1e-3) shade *= 1.0 - 0.22 * near * near;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (std::abs(normal[axis]) > 0.5) continue;
+    for (const double d : {p_m[axis] - low[axis], high[axis] - p_m[axis]}) {
+      const double near = std::clamp(1.0 - d / 0.5, 0.0, 1.0);
+      shade *= 1.0 - 0.22 * near * near;
+    }
   }
   return static_cast<float>(shade);
 }
@@ -74,7 +78,7 @@ Color Renderer::shade(const Solid& solid, const Eigen::Vector3d& p, const Eigen:
   const Eigen::Vector3d normal = solid.T_world_solid.linear() * normal_solid;
   room_id = apartment_.findRoom((p + 0.02 * normal).head<2>());
   Color albedo = computeAlbedo(solid.material, p_solid, normal_solid);
-  float light = 0.5F + 0.12F * static_cast<float>(normal.z());
+  float light = (room_id > 0 ? 0.5F : 0.8F) + 0.12F * static_cast<float>(normal.z());
   if (room_id > 0) {
     const Room& room = apartment_.rooms[static_cast<std::size_t>(room_id - 1)];
     if (solid.material.pattern == Pattern::kWall) {
@@ -86,7 +90,7 @@ Color Renderer::shade(const Solid& solid, const Eigen::Vector3d& p, const Eigen:
     const double distance = to_lamp.norm();
     const double lambert = std::max(0.0, normal.dot(to_lamp)) / distance;
     light += static_cast<float>(0.75 * lambert / (1.0 + 0.06 * distance * distance));
-    if (solid.instance == 0) light *= computeCornerShade(room, p);
+    if (solid.instance == 0) light *= computeCornerShade(room, p, normal);
   }
   if (p.z() < 0.02 && normal.z() > 0.5) light *= computeFloorShade(p.head<2>());
   return albedo * (light * (1.0F - solid.material.glow) + solid.material.glow);

@@ -8,7 +8,7 @@ namespace task_scene_graph::simulation {
 namespace {
 
 constexpr double kInside_m = 1.2;        ///< from every doorway
-constexpr double kSecondArea_m2 = 12.0;  ///< rooms from this size on get a second viewpoint
+constexpr double kSecondArea_m2 = 16.0;  ///< rooms from this size on get a second viewpoint
 
 double distanceToDoors(const Apartment& apartment, const Room& room, const Eigen::Vector2d& p_m) {
   double nearest_m = std::numeric_limits<double>::infinity();
@@ -45,11 +45,13 @@ std::vector<Eigen::Vector2d> pickInRoom(const FloorMap& map, const Room& room,
   };
   if (!pickBest(candidates, is_central, best)) return picked;
   picked.push_back(best);
+  // Not into a corner: from there the camera would see nothing but walls.
   const auto is_far = [&](const Eigen::Vector2d& p) {
-    return (p - picked.front()).norm() + std::min(map.computeClearance(p), 0.5);
+    return std::min((p - picked.front()).norm(), 2.0) +
+           3.0 * std::min(map.computeClearance(p), 0.7);
   };
   if (room.interior_m.volume() >= kSecondArea_m2 && pickBest(candidates, is_far, best) &&
-      (best - picked.front()).norm() > 1.0) {
+      (best - picked.front()).norm() > 1.2) {
     picked.push_back(best);
   }
   return picked;
