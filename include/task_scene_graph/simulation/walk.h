@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "task_scene_graph/core/frame.h"
+#include "task_scene_graph/simulation/apartment.h"
+#include "task_scene_graph/simulation/floor_map.h"
+
+namespace task_scene_graph::simulation {
+
+struct WalkConfig {
+  double rate_hz = 10.0;
+  double duration_s = 0.0;
+  double max_speed_m_per_s = 0.9;
+  double max_acceleration_m_per_s2 = 1.2;
+  double max_turn_rad_per_s = 1.0;
+  double body_radius_m = 0.28;
+  double camera_height_m = 1.4;
+  double pitch_down_rad = 0.3;
+
+  template <typename Self, typename Visitor>
+  static void visit(Self& self, Visitor& v) {
+    v.field("rate_hz", self.rate_hz, {0.1, 1000.0}, "Hz", "poses per second");
+    v.field("duration_s", self.duration_s, {0.0, 86400.0}, "s",
+            "the walk ends after this long; 0 = when all rooms have been seen");
+    v.field("max_speed_m_per_s", self.max_speed_m_per_s, {0.05, 3.0}, "m/s", "walking speed");
+    v.field("max_acceleration_m_per_s2", self.max_acceleration_m_per_s2, {0.1, 10.0}, "m/s^2",
+            "change of speed");
+    v.field("max_turn_rad_per_s", self.max_turn_rad_per_s, {0.05, 3.0}, "rad/s", "turn rate");
+    v.field("body_radius_m", self.body_radius_m, {0.05, 0.4}, "m",
+            "distance kept from everything, half a doorway at most");
+    v.field("camera_height_m", self.camera_height_m, {0.3, 2.0}, "m", "above the floor");
+    v.field("pitch_down_rad", self.pitch_down_rad, {-1.0, 1.0}, "rad", "view below the horizon");
+  }
+};
+
+/// A camera pose on the walk; the stamp counts from the start of the walk.
+struct WalkPose {
+  Stamp stamp;
+  Pose T_world_camera = Pose::Identity();
+};
+
+/// Points to look around from, per room (entry i = room i + 1), reachable with the clearance from
+/// the corridor, well inside the room; no entry where a room has none.
+std::vector<std::vector<Eigen::Vector2d>> findViewpoints(const Apartment& apartment,
+                                                         const FloorMap& map, double clearance_m);
+
+/// A walk from one end of the corridor through every room to the other end: A* between the rooms'
+/// viewpoints, shortened and rounded, then followed with bounded speed, acceleration and turn rate;
+/// at each room's first viewpoint the camera turns all round. Optical frames, world z up.
+/// @throws config::ConfigError; std::runtime_error if a room cannot be reached with the body
+/// radius.
+std::vector<WalkPose> planWalk(const Apartment& apartment, const WalkConfig& config);
+
+/// Optical frame of a camera that looks along `yaw_rad` (about world z, from x) and down by
+/// `pitch_down_rad`, without roll.
+Pose makeCameraPose(const Eigen::Vector3d& position_m, double yaw_rad, double pitch_down_rad);
+
+}  // namespace task_scene_graph::simulation

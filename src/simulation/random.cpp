@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "task_scene_graph/simulation/random.h"
+
+namespace task_scene_graph::simulation {
+
+std::uint64_t mixBits(std::uint64_t value) {
+  value += 0x9e3779b97f4a7c15ULL;
+  value = (value ^ (value >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  value = (value ^ (value >> 27)) * 0x94d049bb133111ebULL;
+  return value ^ (value >> 31);
+}
+
+std::uint64_t hashText(std::string_view text) {
+  std::uint64_t hash = 0xcbf29ce484222325ULL;
+  for (const char c : text) {
+    hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL;
+  }
+  return mixBits(hash);
+}
+
+int Random::integer(int count) {
+  return static_cast<int>(engine_() % static_cast<std::uint64_t>(count));
+}
+
+double Random::normal() {
+  double sum = 0.0;
+  for (int i = 0; i < 12; ++i) sum += uniform();
+  return sum - 6.0;
+}
+
+}  // namespace task_scene_graph::simulation

@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "task_scene_graph/simulation/walk.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "task_scene_graph/config/config.h"
+
+namespace task_scene_graph::simulation {
+namespace {
+
+using Path = std::vector<Eigen::Vector2d>;
+
+constexpr double kStep_s = 0.01;
+constexpr double kLookAhead_m = 0.7;
+constexpr double kTurnAcceleration_rad_per_s2 = 4.0;
+
+double wrapAngle(double angle_rad) {
+  return angle_rad - 2.0 * kPi * std::round(angle_rad / (2.0 * kPi));
+}
+
+/// Leaves out every point that a straight line can skip.
+Path shorten(const Path& path, const FloorMap& map, double clearance_m) {
+  Path result = {path.front()};
+  for (std::size_t i = 0; i + 1 < path.size();) {
+    std::size_t next = path.size() - 1;
+    while (next > i + 1 && !map.isLineFree(path[i], path[next], clearance_m)) --next;
+    result.push_back(path[next]);
+    i = next;
+  }
+  return result;
+}
+
+/// Chaikin's corner cutting, a quarter of each edge but at most 0.4 m, where that stays free.
+Path roundCorners(const Path& path, const FloorMap& map, double clearance_m) {
+  Path result = {path.front()};
+  for (std::size_t i = 1; i + 1 < path.size(); ++i) {
+    const auto cut = [&](const Eigen::Vector2d& other) {
+      const Eigen::Vector2d edge = other - path[i];
+      return Eigen::Vector2d(path[i] + edge * std::min(0.25, 0.4 / edge.norm()));
+    };
+    const Eigen::Vector2d before = cut(path[i - 1]);
+    const Eigen::Vector2d after = cut(path[i + 1]);
+    if (map.isLineFree(before, after, clearance_m)) {
+      result.push_back(before);
+      result.push_back(after);
+    } else {
+      result.push_back(path[i]);
+    }
+  }
+  result.push_back(path.back());
+  return result;
+}
+
+/// Points every centimetre or so.
+Path resample(const Path& path) {
+  Path result = {path.front()};
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    const Eigen::Vector2d edge = path[i] - path[i - 1];
+    const int steps = std::max(1, static_cast<int>(std::ceil(edge.norm() / 0.01)));
+    for (int s = 1; s <= steps; ++s) {
+      result.push_back(path[i - 1] + edge * (static_cast<double>(s) / steps));
+    }
+  }
+  return result;
+}
+
+/// Follows legs in small time steps and writes a pose at each tick of the rate.
+class Walker {
+ public:
+  Walker(const WalkConfig& config, const Path& start)
+      : config_(config), position_m_(start.front()), yaw_rad_(headingAlong(start, 0)) {}
+
+  void follow(const Path& path) {
+    double travelled_m = 0.0;
+    const double length_m = 0.01 * static_cast<double>(path.size() - 1);
+    while (travelled_m < length_m - 1e-3 && !isOver()) {
+      const auto index = static_cast<std::size_t>(travelled_m / 0.01);
+      const double error_rad = wrapAngle(headingAlong(path, index) - yaw_rad_);
+      turnBy(error_rad);
+      const double facing = std::max(0.0, std::cos(error_rad));
+      const double braking = std::sqrt(2.0 * config_.max_acceleration_m_per_s2 *
+                                       std::max(1e-3, length_m - travelled_m));
+      const double wanted = std::min(config_.max_speed_m_per_s * facing, braking);
+      const double change = config_.max_acceleration_m_per_s2 * kStep_s;
+      speed_m_per_s_ += std::clamp(wanted - speed_m_per_s_, -change, change);
+      travelled_m = std::min(length_m, travelled_m + speed_m_per_s_ * kStep_s);
+      position_m_ = path[std::min(path.size() - 1, static_cast<std::size_t>(travelled_m / 0.01))];
+      const double share = travelled_m / 0.01 - std::floor(travelled_m / 0.01);
+      const std::size_t next =
+          std::min(path.size() - 1, static_cast<std::size_t>(travelled_m / 0.01) + 1);
+      position_m_ += share * (path[next] - position_m_);
+      tick();
+    }
+    speed_m_per_s_ = 0.0;
+  }
+
+  /// Turns on the spot towards the heading, the long way round.
+  void lookAround(double heading_rad) {
+    double left_rad = wrapAngle(heading_rad - yaw_rad_);
+    if (left_rad < 1.1 * kPi) left_rad += 2.0 * kPi;
+    if (left_rad > 2.4 * kPi) left_rad -= 2.0 * kPi;
+    while (left_rad > 1e-3 && !isOver()) {
+      const double before_rad = yaw_rad_;
+      turnBy(left_rad);
+      left_rad -= yaw_rad_ - before_rad;
+      tick();
+    }
+  }
+
+  static double headingAlong(const Path& path, std::size_t index) {
+    const std::size_t ahead =
+        std::min(path.size() - 1, index + static_cast<std::size_t>(kLookAhead_m / 0.01));
+    const std::size_t from = ahead - index < 10 ? (ahead < 10 ? 0 : ahead - 10) : index;
+    const Eigen::Vector2d d = path[ahead] - path[from];
+    return std::atan2(d.y(), d.x());
+  }
+
+  std::vector<WalkPose> takePoses() { return std::move(poses_); }
+
+ private:
+  bool isOver() const {
+    return config_.duration_s > 0.0 && static_cast<double>(steps_) * kStep_s > config_.duration_s;
+  }
+
+  void turnBy(double error_rad) {
+    const double limit = config_.max_turn_rad_per_s;
+    const double braking = std::sqrt(2.0 * kTurnAcceleration_rad_per_s2 * std::abs(error_rad));
+    double wanted =
+        std::clamp(error_rad / kStep_s, -std::min(limit, braking), std::min(limit, braking));
+    const double change = kTurnAcceleration_rad_per_s2 * kStep_s;
+    turn_rad_per_s_ += std::clamp(wanted - turn_rad_per_s_, -change, change);
+    yaw_rad_ += turn_rad_per_s_ * kStep_s;
+  }
+
+  void tick() {
+    const double due_s = static_cast<double>(poses_.size()) / config_.rate_hz;
+    while (static_cast<double>(steps_) * kStep_s >= due_s - 1e-9) {
+      const Eigen::Vector3d position(position_m_.x(), position_m_.y(), config_.camera_height_m);
+      poses_.push_back(
+          {Stamp::fromSeconds(due_s), makeCameraPose(position, yaw_rad_, config_.pitch_down_rad)});
+      break;
+    }
+    ++steps_;
+  }
+
+  WalkConfig config_;
+  Eigen::Vector2d position_m_;
+  double yaw_rad_;
+  double speed_m_per_s_ = 0.0;
+  double turn_rad_per_s_ = 0.0;
+  std::int64_t steps_ = 0;
+  std::vector<WalkPose> poses_;
+};
+
+struct Stop {
+  Eigen::Vector2d point_m;
+  bool look_around = false;
+};
+
+/// West end of the corridor, the rooms from west to east by their doors, east end.
+std::vector<Stop> orderStops(const Apartment& apartment, const FloorMap& map, double clearance_m) {
+  const auto viewpoints = findViewpoints(apartment, map, clearance_m);
+  std::vector<std::pair<double, int>> order;
+  for (const Doorway& door : apartment.doorways) {
+    if (door.room_a == 1) order.emplace_back(door.center_m.x(), door.room_b);
+  }
+  std::sort(order.begin(), order.end());
+  std::vector<Stop> stops;
+  if (viewpoints.front().empty())
+    throw std::runtime_error("walk: corridor is blocked, expected a way");
+  stops.push_back({viewpoints.front().front(), false});
+  for (const auto& [x_m, room] : order) {
+    const auto& points = viewpoints[static_cast<std::size_t>(room - 1)];
+    if (points.empty()) {
+      throw std::runtime_error("walk: room " + std::to_string(room) + " (" +
+                               apartment.rooms[static_cast<std::size_t>(room - 1)].phrase +
+                               ") is blocked, expected a way into it");
+    }
+    for (std::size_t i = 0; i < points.size(); ++i) stops.push_back({points[i], i == 0});
+  }
+  stops.push_back({viewpoints.front().back(), false});
+  return stops;
+}
+
+}  // namespace
+
+Pose makeCameraPose(const Eigen::Vector3d& position_m, double yaw_rad, double pitch_down_rad) {
+  const Eigen::Vector3d forward(std::cos(yaw_rad) * std::cos(pitch_down_rad),
+                                std::sin(yaw_rad) * std::cos(pitch_down_rad),
+                                -std::sin(pitch_down_rad));
+  const Eigen::Vector3d right(std::sin(yaw_rad), -std::cos(yaw_rad), 0.0);
+  Pose T = Pose::Identity();
+  T.linear().col(0) = right;
+  T.linear().col(1) = forward.cross(right);
+  T.linear().col(2) = forward;
+  T.translation() = position_m;
+  return T;
+}
+
+std::vector<WalkPose> planWalk(const Apartment& apartment, const WalkConfig& config) {
+  config::validate(config, "walk");
+  const FloorMap map(apartment);
+  const double clearance_m = config.body_radius_m + map.cellSize();
+  const std::vector<Stop> stops = orderStops(apartment, map, clearance_m);
+  std::vector<Path> legs;
+  for (std::size_t i = 0; i + 1 < stops.size(); ++i) {
+    Path path = map.findPath(stops[i].point_m, stops[i + 1].point_m, clearance_m);
+    if (path.empty()) throw std::runtime_error("walk: no way between two rooms, expected one");
+    path = shorten(path, map, clearance_m);
+    for (int pass = 0; pass < 3; ++pass) path = roundCorners(path, map, clearance_m);
+    legs.push_back(resample(path));
+  }
+  Walker walker(config, legs.front());
+  for (std::size_t i = 0; i < legs.size(); ++i) {
+    if (stops[i].look_around) walker.lookAround(Walker::headingAlong(legs[i], 0));
+    walker.follow(legs[i]);
+  }
+  return walker.takePoses();
+}
+
+}  // namespace task_scene_graph::simulation
