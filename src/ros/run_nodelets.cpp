@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <csignal>
 
+#include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/messages.h"
 
 namespace task_scene_graph::ros_interface {
@@ -44,21 +45,23 @@ void spinUntilStopped() {
 
 }  // namespace
 
-std::vector<std::string> finishStages(const std::vector<std::string>& stages) {
-  std::vector<std::string> problems;
+FinishedStages finishStages(const std::vector<std::string>& stages) {
+  FinishedStages result;
   msg::Finish call;
   for (const auto& stage : stages) {
     const std::string service = ::ros::names::append(stage, "finish");
     if (!::ros::service::exists(service, false)) continue;
     if (!::ros::service::call(service, call)) {
-      problems.push_back(service + " failed");
+      result.problems.push_back(service + " failed");
     } else if (!call.response.success) {
-      problems.push_back(service + ": " + call.response.message);
+      result.problems.push_back(service + ": " + call.response.message);
     }
     call.request.last_id = call.response.last_id;
     call.request.stamp = call.response.stamp;
   }
-  return problems;
+  result.last_id = call.request.last_id;
+  result.stamp = toStamp(call.request.stamp);
+  return result;
 }
 
 int runNodelets(int argc, char** argv, const std::string& node_name,
@@ -74,7 +77,9 @@ int runNodelets(int argc, char** argv, const std::string& node_name,
   }
   spinUntilStopped();
   if (::ros::ok()) {
-    for (const auto& problem : finishStages(names)) ROS_WARN_STREAM("at the end: " << problem);
+    for (const auto& problem : finishStages(names).problems) {
+      ROS_WARN_STREAM("at the end: " << problem);
+    }
   }
   std::reverse(names.begin(), names.end());
   for (const auto& name : names) loader.unload(name);

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
+
+#include "task_scene_graph/core/stamp.h"
 
 namespace task_scene_graph::ros_interface {
 
@@ -21,8 +24,15 @@ struct NodeletSpec {
 int runNodelets(int argc, char** argv, const std::string& node_name,
                 const std::vector<NodeletSpec>& nodelets);
 
-/// Calls the service `finish` of each stage, in order; a stage whose service does not exist is
-/// passed over. Returns what went wrong, one line for each stage, empty if nothing did.
-std::vector<std::string> finishStages(const std::vector<std::string>& stages);
+/// What the last of a row of stages has published when it was finished, see Finish.srv.
+struct FinishedStages {
+  std::vector<std::string> problems;  ///< one line for each stage that had one
+  std::uint64_t last_id = 0;
+  Stamp stamp;
+};
+
+/// Calls the service `finish` of each stage, in order, telling each what the one before has
+/// published; a stage whose service does not exist is passed over.
+FinishedStages finishStages(const std::vector<std::string>& stages);
 
 }  // namespace task_scene_graph::ros_interface

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "task_scene_graph/ros/scene_graph_conversions.h"
+
+#include "task_scene_graph/ros/geometry_conversions.h"
+#include "task_scene_graph/ros/message_conversions.h"
+
+namespace task_scene_graph::ros_interface {
+namespace {
+
+template <typename Ids>
+std::vector<std::uint64_t> toValues(const Ids& ids) {
+  std::vector<std::uint64_t> values;
+  for (const auto id : ids) values.push_back(id.value);
+  return values;
+}
+
+template <typename Id>
+std::vector<Id> toIds(const std::vector<std::uint64_t>& values) {
+  std::vector<Id> ids;
+  for (const auto value : values) ids.push_back({value});
+  return ids;
+}
+
+msg::SceneObject toObjectMessage(const scene_graph::SceneObject& object, bool with_embeddings) {
+  msg::SceneObject message;
+  message.id = object.id.value;
+  message.task = object.task;
+  message.task_index = object.task_index;
+  message.score = static_cast<float>(object.score);
+  message.box = toBoundingBox(object.box);
+  message.position = toPoint(object.position_m);
+  message.primitives = toValues(object.primitives);
+  if (with_embeddings) message.embedding = toFloats(object.embedding);
+  message.first_seen = toRosTime(object.first_seen);
+  message.last_seen = toRosTime(object.last_seen);
+  message.place = object.place.value;
+  return message;
+}
+
+scene_graph::SceneObject toObject(const msg::SceneObject& message) {
+  scene_graph::SceneObject object;
+  object.id = {message.id};
+  object.task = message.task;
+  object.task_index = message.task_index;
+  object.score = message.score;
+  object.box = toAabb(message.box);
+  object.position_m = toVector(message.position);
+  object.primitives = toIds<PrimitiveId>(message.primitives);
+  object.embedding = toEmbedding(message.embedding);
+  object.first_seen = toStamp(message.first_seen);
+  object.last_seen = toStamp(message.last_seen);
+  object.place = {message.place};
+  return object;
+}
+
+msg::Region toRegionMessage(const scene_graph::Region& region, bool with_embeddings) {
+  msg::Region message;
+  message.id = region.id.value;
+  message.task = region.task;
+  message.task_index = region.task_index;
+  message.score = static_cast<float>(region.score);
+  message.position = toPoint(region.position_m);
+  message.places = toValues(region.places);
+  if (with_embeddings) message.embedding = toFloats(region.embedding);
+  return message;
+}
+
+scene_graph::Region toRegion(const msg::Region& message) {
+  scene_graph::Region region;
+  region.id = {message.id};
+  region.task = message.task;
+  region.task_index = message.task_index;
+  region.score = message.score;
+  region.position_m = toVector(message.position);
+  region.places = toIds<PlaceId>(message.places);
+  region.embedding = toEmbedding(message.embedding);
+  return region;
+}
+
+void addPlaces(const PlaceGraph& graph, bool with_embeddings, msg::SceneGraph& message) {
+  for (const auto& place : graph.places) {
+    message.places.push_back(toMessage(place));
+    if (!with_embeddings) message.places.back().embedding.clear();
+  }
+  for (const auto& edge : graph.edges) message.place_edges.push_back(toMessage(edge));
+}
+
+}  // namespace
+
+msg::SceneGraphPtr toMessage(const scene_graph::SceneGraph& graph, const std::string& world_frame,
+                             bool with_embeddings) {
+  auto message = boost::make_shared<msg::SceneGraph>();
+  message->header.stamp = toRosTime(graph.stamp);
+  message->header.frame_id = world_frame;
+  message->object_tasks = graph.object_tasks;
+  message->place_tasks = graph.place_tasks;
+  for (const auto& object : graph.objects) {
+    message->objects.push_back(toObjectMessage(object, with_embeddings));
+  }
+  if (graph.places != nullptr) addPlaces(*graph.places, with_embeddings, *message);
+  for (const auto& region : graph.regions) {
+    message->regions.push_back(toRegionMessage(region, with_embeddings));
+  }
+  for (const auto& edge : graph.region_edges) {
+    msg::IdPair pair;
+    pair.a = edge.a.value;
+    pair.b = edge.b.value;
+    message->region_edges.push_back(pair);
+  }
+  return message;
+}
+
+scene_graph::SceneGraph fromMessage(const msg::SceneGraph& message) {
+  scene_graph::SceneGraph graph;
+  graph.stamp = toStamp(message.header.stamp);
+  graph.object_tasks = message.object_tasks;
+  graph.place_tasks = message.place_tasks;
+  for (const auto& object : message.objects) graph.objects.push_back(toObject(object));
+  msg::PlaceGraph places;
+  places.header = message.header;
+  places.places = message.places;
+  places.edges = message.place_edges;
+  graph.places = fromMessage(places);
+  for (const auto& region : message.regions) graph.regions.push_back(toRegion(region));
+  for (const auto& edge : message.region_edges) graph.region_edges.push_back({{edge.a}, {edge.b}});
+  return graph;
+}
+
+}  // namespace task_scene_graph::ros_interface
