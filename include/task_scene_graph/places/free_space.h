@@ -24,7 +24,7 @@ struct FreeSpace {
 };
 
 /// Clearance from obstacle cells. A cell's distance to an obstacle is that of the centres plus the
-XX
+/// obstacle's own signed distance (at most half a voxel diagonal), so walls between voxel centres
 /// keep their true place; cells without an obstacle within the limit have that limit as clearance.
 void computeClearance(const std::vector<char>& is_obstacle, const std::vector<float>& offset_m,
                       double max_distance_m, FreeSpace& space);
