@@ -1,0 +1,385 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The program cluster_scene_graph against an independent clustering in numpy."""
+import json
+import math
+import os
+import subprocess
+import tempfile
+import unittest
+
+import numpy as np
+import yaml
+
+try:
+    import spark_dsg
+except ImportError:
+    spark_dsg = None
+
+PROGRAM = os.path.join(os.environ.get("TSG_BUILD_DIR", "build"),
+                       "devel/lib/task_scene_graph/cluster_scene_graph")
+IDENTITY = {"w": 1.0, "x": 0.0, "y": 0.0, "z": 0.0}
+
+
+def node_id(letter, index):
+    return (ord(letter) << 56) | index
+
+
+def make_segment(random, tasks, version, box=None):
+    """Attributes of a primitive that serves a mix of up to two tasks."""
+    noise = random.normal(size=tasks.shape[1])
+    feature = noise / np.linalg.norm(noise)
+    if random.random() < 0.7:
+        for task in tasks[random.integers(len(tasks), size=2)]:
+            feature = feature + random.uniform(0.2, 0.6) * task
+    feature = feature.astype(np.float32)
+    center = random.uniform(0.0, 3.0, size=3) if box is None else np.array(box)
+    attributes = {
+        "type": "KhronosObjectAttributes",
+        "position": [float(x) for x in center],
+        "last_update_time_ns": int(random.integers(1 << 40)),
+        "is_active": False,
+        "is_predicted": False,
+        "name": "",
+        "color": {"r": 255, "g": 0, "b": 0, "a": 255},
+        "bounding_box": {"type": "AABB", "dimensions": [1.0, 1.0, 1.0],
+                         "world_P_center": [float(x) for x in center],
+                         "world_R_center": IDENTITY},
+        "semantic_label": 4294967295,
+        "semantic_feature": {"rows": len(feature), "cols": 1,
+                             "data": [float(x) for x in feature]},
+        "mesh_connections": [], "registered": False, "world_R_object": IDENTITY,
+        "first_observed_ns": [3], "last_observed_ns": [9],
+        "mesh": {"header": {"project_name": "main",
+                            "version": dict(zip(("major", "minor", "patch"), version))},
+                 "has_colors": True, "has_timestamps": False, "has_labels": False,
+                 "has_first_seen_stamps": False,
+                 "points": [[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [0.0, 0.5, 0.0]],
+                 "colors": [{"r": 1, "g": 2, "b": 3, "a": 255}] * 3, "faces": [[0, 1, 2]]},
+        "details": {}, "trajectory_positions": [], "trajectory_timestamps": [],
+        "dynamic_object_points": [],
+    }
+    if version >= (1, 1, 0):
+        attributes["metadata"] = {}
+    return attributes
+
+
+def make_graph(segments, version, letter="s", layer=1):
+    """A scene graph file around the given attributes."""
+    graph = {"SPARK_DSG_header": {"project_name": "main", "version": dict(
+                 zip(("major", "minor", "patch"), version))},
+             "directed": False, "multigraph": False, "nodes": [], "edges": []}
+    for i, attributes in enumerate(segments):
+        node = {"id": node_id(letter, 3 * i), "layer": layer, "attributes": attributes}
+        if version >= (1, 1, 0):
+            node["partition"] = 0
+        graph["nodes"].append(node)
+    if version >= (1, 1, 0):
+        graph["layer_keys"] = [{"layer": x, "partition": 0} for x in range(1, 6)]
+        graph["layer_names"] = {name: {"layer": x, "partition": 0} for x, name in enumerate(
+            ("SEGMENTS", "OBJECTS", "PLACES", "ROOMS", "BUILDINGS"), start=1)}
+        graph["metadata"] = {"kept": [1, 2]}
+    else:
+        graph["layer_ids"] = [1, 2, 3, 4, 5]
+    return graph
+
+
+def relevance(feature, tasks, alpha, k):
+    """Eq. 5 with the null task first."""
+    phi = tasks @ feature / (np.linalg.norm(tasks, axis=1) * np.linalg.norm(feature))
+    null = np.eye(len(tasks) + 1)[0]
+    if phi.max() < alpha:
+        return null
+    theta = np.concatenate([[alpha], np.maximum(phi, 0.0)])
+    k = min(k, len(theta))
+    p = np.zeros(len(theta))
+    for rank, y in enumerate(sorted(range(len(theta)), key=lambda y: (-theta[y], y))[:k]):
+        p[y] = (k - rank) * theta[y]
+    return p / p.sum() if p.sum() > 0 else null
+
+
+def entropy(p):
+    p = p[p > 0]
+    return -float(np.sum(p * np.log2(p)))
+
+
+def cluster(graph, tasks, layer=1, alpha=0.23, delta=1e-5, k=2, prior="uniform"):
+    """Batch agglomerative information bottleneck, everything anew at every merge."""
+    primitives = {}
+    for node in graph["nodes"]:
+        if node["layer"] == layer:
+            a = node["attributes"]
+            center = np.array(a["bounding_box"]["world_P_center"])
+            half = np.array(a["bounding_box"]["dimensions"]) / 2
+            feature = np.array(a["semantic_feature"]["data"])
+            primitives[node["id"]] = (center - half, center + half, feature)
+    ids = sorted(primitives)
+    members = {i: [i] for i in ids}
+    p = {i: relevance(primitives[i][2], tasks, alpha, k) for i in ids}
+    edges = {(a, b) for a in ids for b in ids if a < b
+             and np.all(primitives[a][0] < primitives[b][1])
+             and np.all(primitives[b][0] < primitives[a][1])}
+    mean = sum(p.values()) / len(ids)
+    marginal = mean if prior == "marginal" else np.full(len(tasks) + 1, 1 / (len(tasks) + 1))
+    information = -float(np.sum(mean[mean > 0] * np.log2(marginal[mean > 0])))
+    information -= sum(entropy(q) for q in p.values()) / len(ids)
+    merges = []
+    while edges:
+        def cost(edge):
+            na, nb = len(members[edge[0]]), len(members[edge[1]])
+            pa, pb = p[edge[0]], p[edge[1]]
+            if np.array_equal(pa, pb):
+                return 0.0
+            mixed = (na * pa + nb * pb) / (na + nb)
+            return round((na + nb) * entropy(mixed) - na * entropy(pa) - nb * entropy(pb), 9)
+        best, (a, b) = min((cost(edge), edge) for edge in edges)
+        d = best / len(ids)
+        if not (delta >= 1 or (delta > 0 and (best == 0 or d / information < delta))):
+            break
+        merges.append((a, b, d, d / information if best else 0.0))
+        na, nb = len(members[a]), len(members[b])
+        p[a] = (na * p[a] + nb * p[b]) / (na + nb)
+        members[a] = sorted(members[a] + members.pop(b))
+        edges = {tuple(sorted((a if x == b else x, a if y == b else y))) for x, y in edges}
+        edges = {e for e in edges if e[0] != e[1]}
+    return information, merges, sorted(members.values())
+
+
+class ClusterSceneGraph(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.random = np.random.default_rng(5)
+        self.tasks = self.random.normal(size=(4, 12)).astype(np.float32).astype(float)
+        self.names = ["wash %d" % i for i in range(4)]
+        self.write_tasks(self.tasks)
+
+    def path(self, name):
+        return os.path.join(self.folder.name, name)
+
+    def write_tasks(self, tasks):
+        entries = [{"name": n, "embedding": [float(x) for x in t]}
+                   for n, t in zip(self.names, tasks)]
+        with open(self.path("tasks.yaml"), "w") as f:
+            yaml.safe_dump({"tasks": entries}, f)
+
+    def run_program(self, graph, *options):
+        if graph is not None:
+            with open(self.path("in.json"), "w") as f:
+                json.dump(graph, f)
+        return subprocess.run(
+            [PROGRAM, "--input", self.path("in.json"), "--tasks", self.path("tasks.yaml"),
+             "--output", self.path("out.json"), "--tape", self.path("tape.json"), *options],
+            capture_output=True, text=True, timeout=60)
+
+    def load(self, name):
+        with open(self.path(name)) as f:
+            return json.load(f)
+
+    def cluster(self, graph, *options):
+        result = self.run_program(graph, *options)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return self.load("tape.json"), self.load("out.json")
+
+    def make_segments(self, count, version):
+        return [make_segment(self.random, self.tasks, version) for _ in range(count)]
+
+    def assert_tape(self, tape, expected):
+        information, merges, clusters = expected
+        self.assertAlmostEqual(tape["information"], information, places=9)
+        self.assertEqual([(m["a"], m["b"]) for m in tape["merges"]], [m[:2] for m in merges])
+        for ours, (_, _, d, delta) in zip(tape["merges"], merges):
+            self.assertAlmostEqual(ours["d"], d, places=9)
+            self.assertAlmostEqual(ours["delta"], delta, places=9)
+        self.assertEqual(tape["clusters"], clusters)
+
+    def test_tape_is_that_of_an_independent_clustering(self):
+        for version in ((1, 0, 5), (1, 1, 3)):
+            graph = make_graph(self.make_segments(40, version), version)
+            for delta in (0.0, 1e-5, 0.01, 1.0):
+                for prior in ("uniform", "marginal"):
+                    tape, _ = self.cluster(graph, "--delta", str(delta), "--prior", prior)
+                    expected = cluster(graph, self.tasks, delta=delta, prior=prior)
+                    self.assert_tape(tape, expected)
+                    self.assertEqual(bool(tape["merges"]), delta > 0)
+
+    def test_alpha_and_top_k_reach_the_clustering(self):
+        graph = make_graph(self.make_segments(40, (1, 1, 3)), (1, 1, 3))
+        options = ("--alpha", "0.4", "--top-k", "3", "--delta", "0.02")
+        tape, _ = self.cluster(graph, *options)
+        self.assert_tape(tape, cluster(graph, self.tasks, alpha=0.4, k=3, delta=0.02))
+
+    def test_size_invariant_clusters_do_not_drift_as_the_map_grows(self):
+        segments = self.make_segments(30, (1, 1, 3))
+        far = [make_segment(self.random, self.tasks, (1, 1, 3), (100.0 + 2 * i, 0.0, 0.0))
+               for i in range(60)]
+        options = ("--normaliser", "size_invariant", "--delta", "0.3")
+        small = self.cluster(make_graph(segments, (1, 1, 3)), *options)[0]["clusters"]
+        large = self.cluster(make_graph(segments + far, (1, 1, 3)), *options)[0]["clusters"]
+        self.assertEqual(large[:len(small)], small)
+        self.assertEqual(len(large), len(small) + len(far))
+
+    def test_objects_stand_for_the_clusters(self):
+        version = (1, 1, 3)
+        graph = make_graph(self.make_segments(30, version), version)
+        place = {"id": node_id("p", 0), "layer": 3, "partition": 0,
+                 "attributes": {"type": "PlaceNodeAttributes", "position": [0.0, 0.0, 0.0]}}
+        old = {"id": node_id("O", 77), "layer": 2, "partition": 0,
+               "attributes": graph["nodes"][0]["attributes"]}
+        agent = {"id": node_id("a", 0), "layer": 2, "partition": 97, "attributes": {"position": 0}}
+        graph["nodes"] += [place, old, agent]
+        info = {"type": "EdgeAttributes", "weight": 1.0, "weighted": False, "metadata": {}}
+        graph["edges"].append({"source": old["id"], "target": node_id("s", 0), "info": info})
+        graph["edges"].append({"source": place["id"], "target": old["id"], "info": info})
+        tape, out = self.cluster(graph, "--delta", "0.05")
+        nodes = {n["id"]: n for n in out["nodes"]}
+        before = {n["id"]: n for n in graph["nodes"]}
+        for kept in before.keys() - {old["id"]}:
+            self.assertEqual(nodes[kept], before[kept])
+        self.assertEqual(out["metadata"], graph["metadata"])
+        objects = [n for n in out["nodes"] if n["layer"] == 2 and n["partition"] == 0]
+        self.assertEqual(len(objects), len(tape["clusters"]))
+        edges = {(e["source"], e["target"]) for e in out["edges"]}
+        for index, members in enumerate(tape["clusters"]):
+            object_id = node_id("O", index)
+            self.assertTrue(all((object_id, m) in edges for m in members))
+            self.assertIn((place["id"], object_id), edges)
+            self.assert_merged(nodes[object_id]["attributes"],
+                               [nodes[m]["attributes"] for m in members])
+        self.assertEqual(len(edges), len(objects) + 30)
+
+    def assert_merged(self, merged, parts):
+        centers = np.array([p["bounding_box"]["world_P_center"] for p in parts])
+        box = merged["bounding_box"]
+        center = np.array(box["world_P_center"])
+        half = np.array(box["dimensions"]) / 2
+        np.testing.assert_allclose(center - half, centers.min(axis=0) - 0.5, atol=1e-9)
+        np.testing.assert_allclose(center + half, centers.max(axis=0) + 0.5, atol=1e-9)
+        np.testing.assert_allclose(merged["position"], centers.mean(axis=0))
+        features = np.array([p["semantic_feature"]["data"] for p in parts])
+        np.testing.assert_allclose(merged["semantic_feature"]["data"], features.mean(axis=0),
+                                   rtol=1e-6)
+        mesh = merged["mesh"]
+        self.assertEqual(len(mesh["points"]), 3 * len(parts))
+        self.assertEqual(len(mesh["colors"]), 3 * len(parts))
+        world = np.array(mesh["points"])[::3] + center
+        np.testing.assert_allclose(world, centers, atol=1e-9)
+        self.assertEqual(mesh["faces"], [[3 * i, 3 * i + 1, 3 * i + 2] for i in range(len(parts))])
+        p = sum(relevance(f, self.tasks, 0.23, 2) for f in features)
+        task = int(np.argmax(p))
+        self.assertEqual(merged["name"], self.names[task - 1] if task else "")
+
+    def test_without_segments_objects_are_clustered_in_place(self):
+        version = (1, 0, 5)
+        graph = make_graph(self.make_segments(30, version), version, letter="O", layer=2)
+        place = {"id": node_id("p", 0), "layer": 3, "attributes": {"position": [0.0, 0.0, 0.0]}}
+        info = {"type": "EdgeAttributes", "weight": 1.0, "weighted": False}
+        graph["edges"] = [{"source": place["id"], "target": n["id"], "info": info}
+                          for n in graph["nodes"]]
+        graph["nodes"].append(place)
+        tape, out = self.cluster(graph, "--delta", "0.05")
+        self.assert_tape(tape, cluster(graph, self.tasks, layer=2, delta=0.05))
+        representatives = [members[0] for members in tape["clusters"]]
+        self.assertLess(len(representatives), 30)
+        self.assertEqual(sorted(n["id"] for n in out["nodes"] if n["layer"] == 2), representatives)
+        self.assertEqual(sorted(e["target"] for e in out["edges"]), representatives)
+
+    def test_errors_name_file_and_value(self):
+        version = (1, 1, 3)
+        graph = make_graph(self.make_segments(3, version), version)
+
+        def error_of(change, *options):
+            broken = json.loads(json.dumps(graph))
+            change(broken)
+            result = self.run_program(broken, *options)
+            self.assertEqual(result.returncode, 1)
+            self.assertFalse(os.path.exists(self.path("out.json")))
+            return result.stderr
+
+        def attributes(g):
+            return g["nodes"][1]["attributes"]
+
+        first = "s3 (%d)" % node_id("s", 3)
+        cases = [
+            (lambda g: attributes(g).pop("bounding_box"), ("in.json", first, "bounding_box")),
+            (lambda g: attributes(g).pop("semantic_feature"), ("in.json", first, "semantic_feature")),
+            (lambda g: attributes(g)["semantic_feature"].update(data=[0.0] * 12),
+             ("in.json", first, "zero")),
+            (lambda g: attributes(g)["semantic_feature"].update(data=[1.0] * 5, rows=5),
+             ("in.json", first, "dimension 5", "12")),
+            (lambda g: attributes(g)["semantic_feature"].update(data=[1.0] * 5),
+             ("in.json", first, "5", "12 x 1")),
+            (lambda g: attributes(g)["bounding_box"].update(dimensions=[1, 2]),
+             ("in.json", first, "dimensions", "[1,2]")),
+            (lambda g: g["nodes"].append(g["nodes"][1]), ("in.json", first, "already")),
+            (lambda g: g.pop("nodes"), ("in.json", "nodes")),
+        ]
+        for change, words in cases:
+            message = error_of(change)
+            for word in words:
+                self.assertIn(word, message)
+        for options, words in (
+                (("--alpha", "high"), ("--alpha", "high")), (("--alpha", "1.5"), ("alpha", "1.5")),
+                (("--alpha", "nan"), ("alpha", "nan")), (("--top-k", "2.5"), ("--top-k", "2.5")),
+                (("--top-k", "0"), ("top_k", "0")), (("--delta", "-1"), ("delta", "-1")),
+                (("--prior", "flat"), ("--prior", "flat", "marginal")),
+                (("--nonsense", "1"), ("--nonsense",)), (("--delta",), ("--delta",))):
+            message = error_of(lambda g: None, *options)
+            for word in words:
+                self.assertIn(word, message)
+
+    def test_missing_and_malformed_files_are_named(self):
+        self.assertIn("in.json", self.run_program(None).stderr)
+        with open(self.path("in.json"), "w") as f:
+            f.write("{ not json")
+        self.assertIn("in.json", self.run_program(None).stderr)
+        with open(self.path("tasks.yaml"), "w") as f:
+            f.write("- wash the dishes\n")
+        message = self.run_program(make_graph([], (1, 1, 3))).stderr
+        self.assertIn("tasks.yaml", message)
+        self.assertIn("wash the dishes", message)
+
+    def test_edge_cases(self):
+        version = (1, 1, 3)
+        tape, _ = self.cluster(make_graph([], version))
+        self.assertEqual(tape, {"information": 0.0, "merges": [], "clusters": []})
+        one = self.make_segments(1, version)
+        self.assertEqual(self.cluster(make_graph(one, version))[0]["clusters"], [[node_id("s", 0)]])
+        twins = one * 5
+        graph = make_graph(twins, version)
+        tape, _ = self.cluster(graph)
+        self.assertEqual([m["d"] for m in tape["merges"]], [0.0] * 4)
+        self.assertEqual(len(tape["clusters"]), 1)
+        with open(self.path("tasks.yaml"), "w") as f:
+            f.write("tasks: []\n")
+        tape, _ = self.cluster(make_graph(self.make_segments(9, version), version))
+        self.assertEqual(tape["information"], 0.0)
+
+    def test_rotated_boxes_count_with_their_hull(self):
+        version = (1, 1, 3)
+        segments = [make_segment(self.random, self.tasks, version, (x, 0.0, 0.0))
+                    for x in (0.0, 1.1)]
+        segments[1]["semantic_feature"] = segments[0]["semantic_feature"]
+        self.assertEqual(len(self.cluster(make_graph(segments, version))[0]["clusters"]), 2)
+        segments[0]["bounding_box"]["type"] = "OBB"
+        half_angle = math.pi / 8
+        segments[0]["bounding_box"]["world_R_center"] = {
+            "w": math.cos(half_angle), "x": 0.0, "y": 0.0, "z": math.sin(half_angle)}
+        self.assertEqual(len(self.cluster(make_graph(segments, version))[0]["clusters"]), 1)
+
+    @unittest.skipIf(spark_dsg is None, "the Python package spark_dsg is not installed")
+    def test_spark_dsg_reads_what_we_write(self):
+        version = (1, 1, 3)
+        graph = make_graph(self.make_segments(20, version), version)
+        tape, _ = self.cluster(graph, "--delta", "0.05")
+        loaded = spark_dsg.DynamicSceneGraph.load(self.path("out.json"))
+        self.assertEqual(loaded.get_layer("OBJECTS").num_nodes(), len(tape["clusters"]))
+        for index, members in enumerate(tape["clusters"]):
+            node = loaded.get_node(node_id("O", index))
+            self.assertEqual(sorted(node.children()), members)
+        again = self.path("in.json")
+        loaded.save(again)
+        self.assertEqual(self.cluster(None, "--delta", "0.05")[0], tape)
+
+
+if __name__ == "__main__":
+    unittest.main()
