@@ -106,13 +106,13 @@ TEST(CropToSquare, EqualsTorchvisionOnPillowImages) {
   };
   const cv::Mat image = makePattern(97, 61);
   const cv::Mat labels = makeLabels(97, 61);
-  for (const auto& [box, center, masked, squashed] : cases) {
+  for (const auto& expected : cases) {
     const auto sumsOf = [&](std::uint16_t label, CropFit fit) {
-      return computeChecksums(cropToSquare(image, labels, {box, label}, fit, 32));
+      return computeChecksums(cropToSquare(image, labels, {expected.box, label}, fit, 32));
     };
-    EXPECT_EQ(sumsOf(0, CropFit::kCenterCrop), center) << box;
-    EXPECT_EQ(sumsOf(2, CropFit::kCenterCrop), masked) << box;
-    EXPECT_EQ(sumsOf(0, CropFit::kSquash), squashed) << box;
+    EXPECT_EQ(sumsOf(0, CropFit::kCenterCrop), expected.center) << expected.box;
+    EXPECT_EQ(sumsOf(2, CropFit::kCenterCrop), expected.masked) << expected.box;
+    EXPECT_EQ(sumsOf(0, CropFit::kSquash), expected.squashed) << expected.box;
   }
 }
 
