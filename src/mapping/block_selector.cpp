@@ -3,19 +3,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace task_scene_graph::mapping {
 namespace {
 
-// std::floor is a library call on the baseline x86-64.
-int floorToInt(double value) {
-  const int truncated = static_cast<int>(value);
-  return truncated - (value < truncated ? 1 : 0);
-}
+// Relative block coordinates are made positive by this, so that truncation rounds them down.
+constexpr int kShift = 1 << 15;
+// More than the rounding of single precision at kShift, in blocks.
+constexpr float kRoundingMargin = 0.01F;
 
-GridIndex toGridIndex(const Eigen::Vector3d& p) {
-  return {floorToInt(p.x()), floorToInt(p.y()), floorToInt(p.z())};
+Eigen::Array4f toArray(const Eigen::Vector3d& v) {
+  return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z()), 0.0F};
 }
 
 }  // namespace
@@ -58,10 +56,9 @@ const std::vector<GridIndex>& BlockSelector::select(const DepthBuffer& depth,
                                                     const Pose& T_world_camera,
                                                     const Options& options) {
   options_ = options;
-  camera_ = camera;
-  T_world_camera_ = T_world_camera;
   set_.clear();
   latest_.clear();
+  setView(camera, T_world_camera);
   const int side_px = depth.tileSide();
   for (int row = 0; row < depth.tileRows(); ++row) {
     for (int column = 0; column < depth.tileColumns(); ++column) {
@@ -72,12 +69,27 @@ const std::vector<GridIndex>& BlockSelector::select(const DepthBuffer& depth,
   return set_.indices();
 }
 
+void BlockSelector::setView(const CameraModel& camera, const Pose& T_world_camera) {
+  const double blocks_per_m = 1.0 / options_.block_size_m;
+  const Eigen::Vector3d camera_in_blocks = T_world_camera.translation() * blocks_per_m;
+  const Eigen::Vector3d first = camera_in_blocks.array().floor();
+  first_block_ = first.cast<int>().array() - kShift;
+  origin_ = toArray(camera_in_blocks - first) + static_cast<float>(kShift);
+  const Eigen::Matrix3d rotation = blocks_per_m * T_world_camera.linear();
+  direction_ = toArray(rotation * camera.unproject(0.0, 0.0, 1.0));
+  direction_per_u_ = toArray(rotation.col(0) / camera.fx_px);
+  direction_per_v_ = toArray(rotation.col(1) / camera.fy_px);
+  half_width_per_m_ =
+      static_cast<float>(M_SQRT1_2 * blocks_per_m / std::min(camera.fx_px, camera.fy_px));
+}
+
 void BlockSelector::addSquare(const DepthBuffer& depth, int u_px, int v_px, int side_px,
                               const DepthLimits& limits) {
   const bool is_one_ray = side_px == 1 || options_.carve_free_space ||
-                          limits.max_m - limits.min_m <= options_.truncation_m;
+                          limits.max_m - limits.min_m <= 2.0 * options_.truncation_m;
   if (is_one_ray) {
-    addRay(u_px + 0.5 * (side_px - 1), v_px + 0.5 * (side_px - 1), side_px, limits);
+    const float half_px = 0.5F * static_cast<float>(side_px - 1);
+    addRay(static_cast<float>(u_px) + half_px, static_cast<float>(v_px) + half_px, side_px, limits);
     return;
   }
   const int half_px = (side_px + 1) / 2;
@@ -89,36 +101,33 @@ void BlockSelector::addSquare(const DepthBuffer& depth, int u_px, int v_px, int 
   }
 }
 
-void BlockSelector::addRay(double u_px, double v_px, int side_px, const DepthLimits& limits) {
-  const double far_m = limits.max_m + options_.truncation_m;
-  const double near_m = options_.carve_free_space
-                            ? std::min<double>(options_.min_range_m, limits.min_m)
-                            : std::max(0.0, limits.min_m - options_.truncation_m);
-  const Eigen::Vector3d direction = T_world_camera_.linear() * camera_.unproject(u_px, v_px, 1.0);
-  addSegment(direction, near_m, far_m,
-             M_SQRT1_2 * side_px / std::min(camera_.fx_px, camera_.fy_px));
+void BlockSelector::addRay(float u_px, float v_px, int side_px, const DepthLimits& limits) {
+  const auto truncation_m = static_cast<float>(options_.truncation_m);
+  const float far_m = limits.max_m + truncation_m;
+  const float near_m = options_.carve_free_space
+                           ? std::min(static_cast<float>(options_.min_range_m), limits.min_m)
+                           : std::max(0.0F, limits.min_m - truncation_m);
+  addSegment(direction_ + u_px * direction_per_u_ + v_px * direction_per_v_, near_m, far_m,
+             half_width_per_m_ * static_cast<float>(side_px) * far_m + kRoundingMargin);
 }
 
-void BlockSelector::addSegment(const Eigen::Vector3d& direction, double near_m, double far_m,
-                               double half_width_at_1m) {
-  // Short pieces, because the box around a long slanted segment holds blocks far from it.
-  const double length_m = (far_m - near_m) * direction.cwiseAbs().maxCoeff();
-  const auto pieces = static_cast<std::size_t>(std::ceil(length_m / (0.5 * options_.block_size_m)));
+void BlockSelector::addSegment(const Eigen::Array4f& direction, float near_m, float far_m,
+                               float margin) {
+  // Pieces of half a block, because the box round a long slanted segment holds blocks far from it.
+  const auto pieces =
+      static_cast<std::size_t>(2.0F * (far_m - near_m) * direction.abs().maxCoeff()) + 1;
   if (latest_.size() < pieces) {
-    const GridIndex none = GridIndex::Constant(std::numeric_limits<int>::max());
-    latest_.resize(pieces, {none, none});
+    latest_.resize(pieces, {Eigen::Array4i::Constant(1), Eigen::Array4i::Zero()});
   }
-  const Eigen::Vector3d start = T_world_camera_.translation() + near_m * direction;
-  const Eigen::Vector3d step = (far_m - near_m) / static_cast<double>(pieces) * direction;
-  const double blocks_per_m = 1.0 / options_.block_size_m;
-  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(half_width_at_1m * far_m);
+  const Eigen::Array4f step = (far_m - near_m) / static_cast<float>(pieces) * direction;
+  Eigen::Array4f a = origin_ + near_m * direction;
   for (std::size_t i = 0; i < pieces; ++i) {
-    const Eigen::Vector3d a = start + static_cast<double>(i) * step;
-    const Eigen::Vector3d b = a + step;
-    const BlockBox box{toGridIndex((a.cwiseMin(b) - margin) * blocks_per_m),
-                       toGridIndex((a.cwiseMax(b) + margin) * blocks_per_m)};
-    if (box.min == latest_[i].min && box.max == latest_[i].max) continue;
-    latest_[i] = box;
+    const Eigen::Array4f b = a + step;
+    const BlockBox box{(a.min(b) - margin).cast<int>(), (a.max(b) + margin).cast<int>()};
+    a = b;
+    BlockBox& latest = latest_[i];
+    if ((box.min == latest.min).all() && (box.max == latest.max).all()) continue;
+    latest = box;
     addBox(box);
   }
 }
@@ -126,7 +135,9 @@ void BlockSelector::addSegment(const Eigen::Vector3d& direction, double near_m, 
 void BlockSelector::addBox(const BlockBox& box) {
   for (int z = box.min.z(); z <= box.max.z(); ++z) {
     for (int y = box.min.y(); y <= box.max.y(); ++y) {
-      for (int x = box.min.x(); x <= box.max.x(); ++x) set_.insert({x, y, z});
+      for (int x = box.min.x(); x <= box.max.x(); ++x) {
+        set_.insert(first_block_ + GridIndex(x, y, z));
+      }
     }
   }
 }

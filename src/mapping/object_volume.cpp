@@ -139,7 +139,7 @@ void ObjectVolume::integrate(const ObjectView& view) {
   UpdateRule rule;
   rule.truncation_m = static_cast<float>(truncation());
   rule.drop_off_start_m = static_cast<float>(tsdf_.voxelSize());
-  rule.weight_scale =
+  rule.weight_at_1m =
       camera.fx_px * camera.fy_px * static_cast<float>(tsdf_.voxelSize() * tsdf_.voxelSize());
   SliceView slice;
   SliceUpdate update;
@@ -150,7 +150,7 @@ void ObjectVolume::integrate(const ObjectView& view) {
       if (!viewSlice(camera, origins[z], slice)) continue;
       const std::size_t first = z * kSliceVoxels;
       updateSlice(camera, rule, slice, &block.voxels[first], &block.colors[first], update);
-      if (update.counts.in_band > 0) countLabels(view, slice, update, first, counts_[i]);
+      countLabels(view, slice, update, first, counts_[i]);
     }
   }
 }

@@ -46,10 +46,11 @@ UpdateRule makeUpdateRule(const IntegratorConfig& config, const CameraModel& cam
   UpdateRule rule;
   rule.truncation_m = static_cast<float>(config.truncation_m);
   rule.drop_off_start_m = static_cast<float>(config.drop_off_start_voxels * config.voxel_size_m);
-  rule.is_weight_constant = config.weighting == Weighting::kConstant;
+  const bool is_constant = config.weighting == Weighting::kConstant;
   const double voxel_area_px =
       camera.fx_px * camera.fy_px * config.voxel_size_m * config.voxel_size_m;
-  rule.weight_scale = rule.is_weight_constant ? 1.0F : static_cast<float>(voxel_area_px);
+  rule.constant_weight = is_constant ? 1.0F : 0.0F;
+  rule.weight_at_1m = is_constant ? 0.0F : static_cast<float>(voxel_area_px);
   rule.max_weight = static_cast<float>(config.max_weight);
   return rule;
 }
@@ -117,7 +118,7 @@ IntegrationResult TsdfIntegrator::update(const RgbdFrame& frame,
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     const GridIndex index = blocks[i]->index;
     if (updates[i].observed > 0) result.observed_blocks.push_back(index);
-    if (updates[i].in_band > 0) result.changed_blocks.push_back(index);
+    if (updates[i].changed > 0) result.changed_blocks.push_back(index);
     result.num_updated_voxels += static_cast<std::size_t>(updates[i].observed);
     if (updates[i].observed == 0 && !isObserved(*blocks[i])) volume.removeBlock(index);
   }

@@ -16,11 +16,13 @@ constexpr float kMinVoxelDepth_m = 0.01F;
 
 using SliceColors = std::array<std::uint32_t, kSliceVoxels>;
 
-/// The slice's pixels, each as the number whose low 24 bits are its three bytes.
-void readColors(const cv::Mat& image, const SliceView& slice, SliceColors& pixels) {
+/// The pixels of voxels in the band, each as the number whose low 24 bits are its three bytes.
+void readColors(const cv::Mat& image, const SliceView& slice, const SliceUpdate& update,
+                SliceColors& pixels) {
   const auto last = static_cast<std::int32_t>(3 * image.total()) - 4;
   const std::uint8_t* bytes = image.ptr();
   for (std::size_t i = 0; i < kSliceVoxels; ++i) {
+    if (update.in_band[i] == 0) continue;
     const std::int32_t wanted = 3 * slice.pixel[i];
     const std::int32_t offset = std::min(wanted, last);  // four bytes are read, not three
     std::uint32_t value = 0;
@@ -99,56 +101,56 @@ TSG_VECTORIZE void projectSlice(const FrameView& frame, const Eigen::Vector3f& f
   }
 }
 
-TSG_VECTORIZE float readDepth(const float* depth_m, SliceView& slice) {
-  for (std::size_t i = 0; i < kSliceVoxels; ++i) slice.depth_m[i] = depth_m[slice.pixel[i]];
-  float any = 0.0F;
-  for (std::size_t i = 0; i < kSliceVoxels; ++i) {
-    any = slice.depth_m[i] > any ? slice.depth_m[i] : any;
-  }
-  return any;
+TSG_VECTORIZE std::int32_t countValid(const std::array<float, kSliceVoxels>& depth_m) {
+  std::int32_t count = 0;
+  for (std::size_t i = 0; i < kSliceVoxels; ++i) count += depth_m[i] > 0.0F ? 1 : 0;
+  return count;
 }
 
 bool viewSlice(const FrameView& frame, const Eigen::Vector3f& first_voxel_camera_m,
                SliceView& slice) {
   projectSlice(frame, first_voxel_camera_m, slice);
-  return readDepth(frame.depth_m, slice) > 0.0F;
+  for (std::size_t i = 0; i < kSliceVoxels; ++i) slice.depth_m[i] = frame.depth_m[slice.pixel[i]];
+  return countValid(slice.depth_m) > 0;
 }
 
 TSG_VECTORIZE void updateDistances(const UpdateRule& rule, const SliceView& slice,
-                                   TsdfVoxel* voxels, SliceUpdate& update) {
+                                   TsdfVoxel* __restrict voxels, SliceUpdate& __restrict update) {
   const float truncation = rule.truncation_m;
   const float drop_off_slope = 1.0F / (truncation - rule.drop_off_start_m);
-  const float scale = rule.weight_scale;
+  const float constant = rule.constant_weight;
+  const float scale = rule.weight_at_1m;
   const float max_weight = rule.max_weight;
-  const bool constant = rule.is_weight_constant;
-  std::int32_t observed = 0;
-  std::int32_t in_band = 0;
   for (std::size_t i = 0; i < kSliceVoxels; ++i) {
     const float depth = slice.depth_m[i];
-    const float distance = (depth - slice.z_m[i]) * slice.ray[i];
+    const float z = slice.z_m[i];
+    const float distance = (depth - z) * slice.ray[i];
+    const float clamped = distance < truncation ? distance : truncation;
     const float drop_off = (distance + truncation) * drop_off_slope;
-    const float base = constant ? scale : scale / (depth * depth * depth * depth);
-    const float reading_weight = base * (drop_off < 1.0F ? drop_off : 1.0F);
+    const float base = constant + scale / (z * z * z * z);
     const bool valid = (depth > 0.0F) & (distance > -truncation);
+    const float reading_weight = valid ? base * (drop_off < 1.0F ? drop_off : 1.0F) : 0.0F;
 
     const float old_distance = voxels[i].distance_m;
     const float old_weight = voxels[i].weight;
-    const float clamped = distance < truncation ? distance : truncation;
     const float weight = old_weight + reading_weight;
     const float share = reading_weight / weight;
     const float mixed = old_distance + (clamped - old_distance) * share;
-    const float capped = weight < max_weight ? weight : max_weight;
     voxels[i].distance_m = valid ? mixed : old_distance;
-    voxels[i].weight = valid ? capped : old_weight;
+    voxels[i].weight = weight < max_weight ? weight : max_weight;
 
-    const bool near_surface = valid & (distance < truncation);
-    const bool changed = valid & ((mixed < truncation) | (old_weight <= 0.0F));
+    const float old_or_new = old_weight > 0.0F ? mixed : -truncation;
     update.share[i] = share;
-    update.in_band[i] = near_surface ? -1 : 0;
-    observed += valid ? 1 : 0;
-    in_band += changed ? 1 : 0;
+    update.observed[i] = valid ? 1 : 0;
+    update.changed[i] = valid & (old_or_new < truncation) ? 1 : 0;
+    update.in_band[i] = valid & (distance < truncation) ? 1 : 0;
   }
-  update.counts = {observed, in_band};
+}
+
+TSG_VECTORIZE std::int32_t computeSum(const std::array<std::int32_t, kSliceVoxels>& values) {
+  std::int32_t sum = 0;
+  for (std::size_t i = 0; i < kSliceVoxels; ++i) sum += values[i];
+  return sum;
 }
 
 TSG_VECTORIZE void blendColors(const SliceUpdate& update, const SliceColors& pixels, int red_shift,
@@ -173,10 +175,10 @@ void updateSlice(const FrameView& frame, const UpdateRule& rule, const SliceView
                  TsdfVoxel* voxels, VoxelColor* colors, SliceUpdate& update) {
   static_assert(sizeof(VoxelColor) == sizeof(std::uint32_t));
   updateDistances(rule, slice, voxels, update);
-  if (update.counts.in_band == 0 || frame.color.empty()) return;
-  SliceColors pixels;
+  if (frame.color.empty() || computeSum(update.in_band) == 0) return;
+  SliceColors pixels{};
   SliceColors blended;
-  readColors(frame.color, slice, pixels);
+  readColors(frame.color, slice, update, pixels);
   std::memcpy(blended.data(), colors, sizeof(blended));
   blendColors(update, pixels, frame.red_shift, frame.blue_shift, blended.data());
   std::memcpy(static_cast<void*>(colors), blended.data(), sizeof(blended));
@@ -192,8 +194,8 @@ BlockUpdate updateBlock(const FrameView& frame, const UpdateRule& rule, double v
     if (!viewSlice(frame, origins[z], slice)) continue;
     const std::size_t first = z * kSliceVoxels;
     updateSlice(frame, rule, slice, &block.voxels[first], &block.colors[first], update);
-    total.observed += update.counts.observed;
-    total.in_band += update.counts.in_band;
+    total.observed += computeSum(update.observed);
+    total.changed += computeSum(update.changed);
   }
   return total;
 }

@@ -16,8 +16,8 @@ constexpr int kSliceVoxels = kBlockSide * kBlockSide;
 struct UpdateRule {
   float truncation_m = 0.2F;
   float drop_off_start_m = 0.05F;
-  float weight_scale = 1.0F;  ///< weight of a reading at 1 m
-  bool is_weight_constant = false;
+  float constant_weight = 0.0F;  ///< weight of a reading: this ...
+  float weight_at_1m = 1.0F;     ///< ... plus this over the voxel's depth^4
   float max_weight = 1e5F;
 };
 
@@ -46,16 +46,18 @@ struct alignas(32) SliceView {
   std::array<std::int32_t, kSliceVoxels> pixel;  ///< row-major index; width * height = outside
 };
 
+/// How many voxels of a block, by the meaning in SliceUpdate.
 struct BlockUpdate {
-  int observed = 0;  ///< voxels updated
-  int in_band = 0;   ///< of these, voxels whose value can move the mesh
+  int observed = 0;
+  int changed = 0;
 };
 
-/// What became of the voxels of a slice.
+/// What became of the voxels of a slice; the last three are 1 or 0.
 struct alignas(32) SliceUpdate {
-  std::array<float, kSliceVoxels> share;           ///< weight of the reading / weight after it
-  std::array<std::int32_t, kSliceVoxels> in_band;  ///< reading within the truncation: -1, else 0
-  BlockUpdate counts;
+  std::array<float, kSliceVoxels> share;            ///< weight of the reading / weight after it
+  std::array<std::int32_t, kSliceVoxels> observed;  ///< was updated
+  std::array<std::int32_t, kSliceVoxels> changed;   ///< ... in a way that can move the mesh
+  std::array<std::int32_t, kSliceVoxels> in_band;   ///< ... by a reading within the truncation
 };
 
 /// Projects the slice z of a block into the frame. False if no voxel of it sees a reading.
@@ -65,6 +67,9 @@ bool viewSlice(const FrameView& frame, const Eigen::Vector3f& first_voxel_camera
 /// Integrates what a slice sees into its voxels (TsdfBlock::voxels and colors from its first on).
 void updateSlice(const FrameView& frame, const UpdateRule& rule, const SliceView& slice,
                  TsdfVoxel* voxels, VoxelColor* colors, SliceUpdate& update);
+
+/// Sum over a slice.
+std::int32_t computeSum(const std::array<std::int32_t, kSliceVoxels>& values);
 
 /// Integrates the frame into all voxels of a block.
 BlockUpdate updateBlock(const FrameView& frame, const UpdateRule& rule, double voxel_size_m,

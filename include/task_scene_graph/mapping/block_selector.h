@@ -48,21 +48,26 @@ class BlockSelector {
   static int computeTileSide(const CameraModel& camera, double block_size_m, double max_range_m);
 
  private:
+  /// Block coordinates relative to first_block_; the fourth number is 0, for vector instructions.
   struct BlockBox {
-    GridIndex min;
-    GridIndex max;
+    Eigen::Array4i min;
+    Eigen::Array4i max;
   };
 
+  void setView(const CameraModel& camera, const Pose& T_world_camera);
   void addSquare(const DepthBuffer& depth, int u_px, int v_px, int side_px,
                  const DepthLimits& limits);
-  void addRay(double u_px, double v_px, int side_px, const DepthLimits& limits);
-  void addSegment(const Eigen::Vector3d& direction, double near_m, double far_m,
-                  double half_width_at_1m);
+  void addRay(float u_px, float v_px, int side_px, const DepthLimits& limits);
+  void addSegment(const Eigen::Array4f& direction, float near_m, float far_m, float margin);
   void addBox(const BlockBox& box);
 
   Options options_;
-  CameraModel camera_;
-  Pose T_world_camera_;
+  GridIndex first_block_;
+  Eigen::Array4f origin_;     ///< the camera, in blocks from first_block_
+  Eigen::Array4f direction_;  ///< of pixel (0, 0), in blocks per metre of depth
+  Eigen::Array4f direction_per_u_;
+  Eigen::Array4f direction_per_v_;
+  float half_width_per_m_ = 0.0F;  ///< of a pixel: half its diagonal, in blocks per metre of depth
   GridIndexSet set_;
   std::vector<BlockBox> latest_;  ///< by piece of the segment: neighbours mostly repeat them
 };

@@ -13,8 +13,11 @@
 namespace task_scene_graph::mapping {
 
 enum class Weighting {
-  kPixelArea,  ///< fx fy (voxel / z)^2 / z^2: pixels per voxel over the variance of the depth
-  kConstant,   ///< 1
+  /// fx fy (voxel / z)^2 / z^2: pixels per voxel over the variance of depth. z is the depth of the
+  /// voxel, not of the reading, so that a far wall frees the space before it as surely as a near
+  /// one.
+  kPixelArea,
+  kConstant,  ///< 1
 };
 
 /// Parameters of projective TSDF integration. `deviation:` the authors' map has 0.10 m voxels and a
@@ -46,7 +49,7 @@ struct IntegratorConfig {
     v.field("with_color", self.with_color, {}, "", "blend colours into voxels near the surface");
     v.choice("weighting", self.weighting,
              {{"pixel_area", Weighting::kPixelArea}, {"constant", Weighting::kConstant}},
-             "weight of a reading, by its depth");
+             "weight of a reading for a voxel, by the voxel's depth");
     v.field("drop_off_start_voxels", self.drop_off_start_voxels, {0.0, 100.0}, "voxels",
             "behind the surface, weights fall linearly from here to 0 at the truncation; less "
             "than the truncation");
@@ -77,12 +80,12 @@ struct IntegrationResult {
 /// A voxel centre at depth z that projects to a pixel with depth reading d gets the distance along
 /// its ray, s = (d - z) |ray|, |ray| = sqrt(1 + x^2 + y^2) at normalised coordinates (x, y). Voxels
 /// with s <= -truncation stay; s is clamped to +truncation. The reading's weight is
-///     w = w_d                                          for s >= -drop_off
-///     w = w_d (truncation + s) / (truncation - drop_off)   behind
-/// with w_d by `Weighting`, and (distance, weight) becomes the weighted mean, the weight capped at
+///     w = w_z                                              for s >= -drop_off
+///     w = w_z (truncation + s) / (truncation - drop_off)   behind
+/// with w_z by `Weighting`, and (distance, weight) becomes the weighted mean, the weight capped at
 /// max_weight. Colours blend with the same shares where |s| < truncation; the first colour of a
-/// voxel is taken as it is. All voxels of the blocks that the truncation band meets are updated.
-/// `deviation:` depth is read at the nearest pixel; the authors interpolate adaptively.
+/// voxel is taken as it is. All voxels of the blocks that the truncation band meets are
+/// updated. `deviation:` depth is read at the nearest pixel; the authors interpolate adaptively.
 ///
 /// Cost: one pass over the image plus O(voxels of the selected blocks). Frames are independent: a
 /// jump of the pose only means that other blocks are updated. The same bits result for any number
