@@ -108,6 +108,7 @@ std::vector<const Place*> RegionLayer::findUsable(const PlaceGraph& graph,
                                                   PlaceUpdate& update) const {
   std::vector<const Place*> usable;
   Eigen::Index expected = tasks_.embeddings.cols();
+  if (expected == 0 && !clustered_.empty()) expected = clustered_.front()->embedding.size();
   for (const auto& place : graph.places) {
     const Eigen::Index size = place.embedding.size();
     if (size > 0 && expected == 0) expected = size;

@@ -47,9 +47,10 @@ class ObjectLayer {
   PrimitiveUpdate add(const std::vector<ObjectPrimitivePtr>& primitives);
 
   /// The objects of now. Only clusters that changed are described anew. An object is published if
-  /// its cluster's most probable task is not the null task and the cosine of its mean embedding to
-  /// its best task reaches SceneGraphConfig::publishedFrom(). Ascending by id, without places.
-  /// O(changed clusters * D + objects * D).
+  /// its cluster's most probable task is not the null task, and the cosine of its mean embedding to
+  /// its best task reaches SceneGraphConfig::publishedFrom(). Task and score are those of the mean
+  /// embedding; where its primitives disagree that may not be the cluster's most probable task.
+  /// Ascending by id, without places. O(changed clusters * D + objects * D).
   std::vector<SceneObject> computeObjects();
 
   std::vector<ObjectPrimitivePtr> primitives() const;  ///< ascending by id

@@ -252,6 +252,17 @@ TEST(Objects, BackgroundIsNotPublishedHoweverLowTheMinimum) {
   EXPECT_TRUE(computeObjects(config, makeTwoTasks(), primitives).empty());
 }
 
+TEST(Objects, TakeTheNewNamesOfRenamedTasks) {
+  ObjectLayer layer(SceneGraphConfig{});
+  TaskList tasks = makeTwoTasks();
+  layer.setTasks(tasks);
+  layer.add({makePrimitive(1, {0, 0, 0}, makeEmbedding({1, 0, 0}))});
+  EXPECT_EQ(layer.computeObjects().at(0).task, "cup");
+  tasks.names[0] = "mug";
+  layer.setTasks(tasks);
+  EXPECT_EQ(layer.computeObjects().at(0).task, "mug");
+}
+
 TEST(Objects, OfWhichTheEmbeddingsCancelOutAreNotPublished) {
   SceneGraphConfig config;
   config.object_alpha = 0.0;

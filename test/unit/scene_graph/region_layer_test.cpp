@@ -316,6 +316,19 @@ TEST(Places, WaitForTasksOfTheirSize) {
   EXPECT_EQ(layer.computeRegions().size(), 2U);
 }
 
+TEST(Places, MayChangeTheirEmbeddingSizeOnceThoseOfTheOldSizeAreGone) {
+  RegionLayer layer(SceneGraphConfig{});
+  layer.setPlaces(makePlaces());
+  PlaceGraph other = *makePlaces();
+  for (Place& place : other.places) place.embedding = makeEmbedding({1, 2, 3, 4});
+  const PlaceUpdate mixed = layer.setPlaces(share(other));
+  EXPECT_EQ(mixed.rejected, 4U);
+  EXPECT_EQ(mixed.erased, 3U);
+  EXPECT_TRUE(layer.computeRegions().empty());
+  EXPECT_EQ(layer.setPlaces(share(other)).inserted, 4U);
+  EXPECT_FALSE(layer.computeRegions().empty());
+}
+
 void expectRefused(const PlaceGraph& graph, const std::string& part) {
   RegionLayer layer(makeCoarseConfig());
   layer.setTasks(makePlaceTasks());
