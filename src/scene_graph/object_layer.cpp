@@ -42,11 +42,14 @@ ObjectLayer::~ObjectLayer() = default;
 void ObjectLayer::setTasks(const TaskList& tasks) {
   checkClusterable(tasks, "object tasks", embedding_size_);
   clustering_->setTasks(tasks.embeddings);
+  scorer_ = bottleneck::TaskScorer(tasks.embeddings);
   tasks_ = tasks;
+  are_scores_stale_ = true;
 }
 
 void ObjectLayer::setConfig(const SceneGraphConfig& config) {
   clustering_->setConfig(config.objectClustering());
+  are_scores_stale_ |= config.publishedFrom() != config_.publishedFrom();
   config_ = config;
 }
 
@@ -95,15 +98,27 @@ std::string ObjectLayer::findFault(const ObjectPrimitive& primitive) const {
 }
 
 std::vector<SceneObject> ObjectLayer::computeObjects() {
-  std::vector<SceneObject> objects;
-  for (const auto& cluster : clustering_->clusters()) {
-    if (cluster.task == kNullTask) continue;
-    SceneObject object = makeObject(cluster.members);
-    if (object.score < config_.publishedFrom()) continue;
-    object.id = ObjectId{cluster.id};
-    objects.push_back(std::move(object));
+  const bottleneck::ClusteringUpdate update = clustering_->applyChanges();
+  for (const std::uint64_t id : update.removed) objects_.erase(id);
+  if (are_scores_stale_) {
+    for (const auto& cluster : clustering_->clusters()) updateObject(cluster);
+    are_scores_stale_ = false;
+  } else {
+    for (const auto& cluster : update.changed) updateObject(cluster);
   }
+  std::vector<SceneObject> objects;
+  objects.reserve(objects_.size());
+  for (const auto& entry : objects_) objects.push_back(entry.second);
   return objects;
+}
+
+void ObjectLayer::updateObject(const bottleneck::Cluster& cluster) {
+  objects_.erase(cluster.id);
+  if (cluster.task == kNullTask) return;
+  SceneObject object = makeObject(cluster.members);
+  if (object.task_index < 0 || object.score < config_.publishedFrom()) return;
+  object.id = ObjectId{cluster.id};
+  objects_.emplace(cluster.id, std::move(object));
 }
 
 SceneObject ObjectLayer::makeObject(const std::vector<std::uint64_t>& members) const {
@@ -122,10 +137,10 @@ SceneObject ObjectLayer::makeObject(const std::vector<std::uint64_t>& members) c
     mean.add(primitive.embedding);
   }
   object.embedding = mean.mean();
-  const TaskScore best = findBestTask(object.embedding, tasks_.embeddings);
+  const TaskScore best = findBestTask(object.embedding, scorer_);
   object.task_index = best.task_index;
-  object.task = tasks_.names.at(static_cast<std::size_t>(best.task_index));
   object.score = best.cosine;
+  if (best.task_index >= 0) object.task = tasks_.names[static_cast<std::size_t>(best.task_index)];
   return object;
 }
 

@@ -67,6 +67,7 @@ void RegionLayer::setTasks(const TaskList& tasks) {
   checkClusterable(tasks, "place tasks",
                    clustered_.empty() ? 0 : clustered_.front()->embedding.size());
   clustering_->setTasks(tasks.embeddings);
+  scorer_ = bottleneck::TaskScorer(tasks.embeddings);
   tasks_ = tasks;
   apply(places_);  // embeddings that were of a wrong size may be of the right one now
 }
@@ -107,6 +108,7 @@ std::vector<const Place*> RegionLayer::findUsable(const PlaceGraph& graph,
                                                   PlaceUpdate& update) const {
   std::vector<const Place*> usable;
   Eigen::Index expected = tasks_.embeddings.cols();
+  if (expected == 0 && !clustered_.empty()) expected = clustered_.front()->embedding.size();
   for (const auto& place : graph.places) {
     const Eigen::Index size = place.embedding.size();
     if (size > 0 && expected == 0) expected = size;
@@ -192,7 +194,7 @@ Region RegionLayer::makeRegion(const std::vector<std::uint64_t>& members) const 
 }
 
 void RegionLayer::nameRegion(Region& region) const {
-  const TaskScore best = findBestTask(region.embedding, tasks_.embeddings);
+  const TaskScore best = findBestTask(region.embedding, scorer_);
   region.score = best.cosine;
   if (best.task_index < 0 || best.cosine < config_.place_alpha) return;
   region.task_index = best.task_index;

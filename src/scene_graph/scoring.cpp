@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "task_scene_graph/scene_graph/scoring.h"
 
+#include <algorithm>
+#include <vector>
+
 namespace task_scene_graph::scene_graph {
 
-TaskScore findBestTask(const Embedding& embedding, const EmbeddingMatrix& tasks) {
-  TaskScore best;
-  for (Eigen::Index j = 0; j < tasks.rows(); ++j) {
-    const double cosine = computeCosine(embedding, tasks.row(j).transpose());
-    if (best.task_index >= 0 && cosine <= best.cosine) continue;
-    best = {static_cast<int>(j), cosine};
-  }
-  return best;
+TaskScore findBestTask(const Embedding& embedding, const bottleneck::TaskScorer& tasks) {
+  if (tasks.numTasks() == 0 || !hasDirection(embedding)) return {};
+  const std::vector<double> cosines = tasks.computeScores(embedding);
+  const auto best = std::max_element(cosines.begin(), cosines.end());
+  return {static_cast<int>(best - cosines.begin()), *best};
 }
 
 bool hasDirection(const Embedding& embedding) {

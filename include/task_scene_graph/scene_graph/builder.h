@@ -48,8 +48,8 @@ class SceneGraphBuilder {
   PlaceUpdate setPlaces(const PlaceGraphPtr& places);
 
   /// The graph of everything given so far; the same pointer as before if nothing has changed.
-  /// The clustering costs what changed; the rest O((primitives + places) * D + objects * (tasks *
-  /// D + places)) if anything has.
+  /// The objects cost what changed plus O(objects * (D + places)), the regions O(places * D * place
+  /// tasks), if anything has changed.
   SceneGraphPtr snapshot();
 
   /// Sums over the whole life of the builder.

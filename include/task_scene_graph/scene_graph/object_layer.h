@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "task_scene_graph/bottleneck/relevance.h"
 #include "task_scene_graph/core/primitives.h"
 #include "task_scene_graph/scene_graph/config.h"
 #include "task_scene_graph/scene_graph/scene_graph.h"
@@ -14,7 +15,8 @@
 
 namespace task_scene_graph::bottleneck {
 class IncrementalClustering;
-}
+struct Cluster;
+}  // namespace task_scene_graph::bottleneck
 
 namespace task_scene_graph::scene_graph {
 
@@ -44,9 +46,11 @@ class ObjectLayer {
   void setConfig(const SceneGraphConfig& config);
   PrimitiveUpdate add(const std::vector<ObjectPrimitivePtr>& primitives);
 
-  /// Clusters what changed. An object is published if its cluster's most probable task is not the
-  /// null task and the cosine of its mean embedding to its best task reaches
-  /// SceneGraphConfig::publishedFrom(). Ascending by id, without places.
+  /// The objects of now. Only clusters that changed are described anew. An object is published if
+  /// its cluster's most probable task is not the null task, and the cosine of its mean embedding to
+  /// its best task reaches SceneGraphConfig::publishedFrom(). Task and score are those of the mean
+  /// embedding; where its primitives disagree that may not be the cluster's most probable task.
+  /// Ascending by id, without places. O(changed clusters * D + objects * D).
   std::vector<SceneObject> computeObjects();
 
   std::vector<ObjectPrimitivePtr> primitives() const;  ///< ascending by id
@@ -57,12 +61,16 @@ class ObjectLayer {
  private:
   void addOne(const ObjectPrimitivePtr& primitive, PrimitiveUpdate& update);
   std::string findFault(const ObjectPrimitive& primitive) const;
+  void updateObject(const bottleneck::Cluster& cluster);
   SceneObject makeObject(const std::vector<std::uint64_t>& members) const;
 
   SceneGraphConfig config_;
   TaskList tasks_;
+  bottleneck::TaskScorer scorer_;  ///< of `tasks_`
   std::unique_ptr<bottleneck::IncrementalClustering> clustering_;
   std::map<std::uint64_t, ObjectPrimitivePtr> primitives_;
+  std::map<std::uint64_t, SceneObject> objects_;  ///< the published ones, by the clusters' ids
+  bool are_scores_stale_ = false;                 ///< tasks or publishedFrom() have changed
   Eigen::Index embedding_size_ = 0;  ///< of the clustered primitives; 0 = there is none yet
   PrimitiveCounters counters_;
   Stamp newest_;

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "task_scene_graph/bottleneck/relevance.h"
 #include "task_scene_graph/core/primitives.h"
 #include "task_scene_graph/scene_graph/config.h"
 #include "task_scene_graph/scene_graph/scene_graph.h"
@@ -62,6 +63,7 @@ class RegionLayer {
 
   SceneGraphConfig config_;
   TaskList tasks_;
+  bottleneck::TaskScorer scorer_;  ///< of `tasks_`
   std::unique_ptr<bottleneck::IncrementalClustering> clustering_;
   PlaceGraphPtr places_;
   std::vector<const Place*> clustered_;  ///< the places of `places_` that are in `clustering_`

@@ -3,18 +3,20 @@
 
 #include <Eigen/Core>
 
+#include "task_scene_graph/bottleneck/relevance.h"
 #include "task_scene_graph/core/embedding.h"
 
 namespace task_scene_graph::scene_graph {
 
 struct TaskScore {
-  int task_index = -1;  ///< row of the task matrix; -1 = there are no tasks
+  int task_index = -1;  ///< row of the task matrix; -1 = none
   double cosine = 0.0;  ///< in [-1, 1]
 };
 
-/// The task with the highest cosine to `embedding` (size D); the first of equal ones.
-/// @param tasks  m x D. O(m * D).
-TaskScore findBestTask(const Embedding& embedding, const EmbeddingMatrix& tasks);
+/// The task with the highest cosine to `embedding` (size D); the first of equal ones; none for an
+/// embedding of zeros. The same cosines, to the bit, as those that the clustering compares with
+/// alpha. O(m * D).
+TaskScore findBestTask(const Embedding& embedding, const bottleneck::TaskScorer& tasks);
 
 /// True if every value is finite and at least one is not 0.
 bool hasDirection(const Embedding& embedding);

@@ -19,7 +19,7 @@ using Primitives = std::vector<ObjectPrimitivePtr>;
 using Ids = std::vector<PrimitiveId>;
 
 double bestCosine(const Embedding& embedding, const TaskList& tasks) {
-  return findBestTask(embedding, tasks.embeddings).cosine;
+  return findBestTask(embedding, bottleneck::TaskScorer(tasks.embeddings)).cosine;
 }
 
 /// The objects' primitives, to compare partitions.
@@ -250,6 +250,41 @@ TEST(Objects, BackgroundIsNotPublishedHoweverLowTheMinimum) {
   SceneGraphConfig config;
   config.min_object_score = 0.2;
   EXPECT_TRUE(computeObjects(config, makeTwoTasks(), primitives).empty());
+}
+
+TEST(Objects, TakeTheNewNamesOfRenamedTasks) {
+  ObjectLayer layer(SceneGraphConfig{});
+  TaskList tasks = makeTwoTasks();
+  layer.setTasks(tasks);
+  layer.add({makePrimitive(1, {0, 0, 0}, makeEmbedding({1, 0, 0}))});
+  EXPECT_EQ(layer.computeObjects().at(0).task, "cup");
+  tasks.names[0] = "mug";
+  layer.setTasks(tasks);
+  EXPECT_EQ(layer.computeObjects().at(0).task, "mug");
+}
+
+TEST(Objects, OfWhichTheEmbeddingsCancelOutAreNotPublished) {
+  SceneGraphConfig config;
+  config.object_alpha = 0.0;
+  config.object_delta = 1.0;
+  config.min_object_score = 0.0;
+  const auto objects = computeObjects(config, makeTwoTasks(),
+                                      {makePrimitive(1, {0, 0, 0}, makeEmbedding({1, 1, 0})),
+                                       makePrimitive(2, {0.5, 0, 0}, makeEmbedding({-1, -1, 0}))});
+  EXPECT_TRUE(objects.empty());
+}
+
+TEST(Objects, ChangeWithMinObjectScoreAloneAtOnce) {
+  ObjectLayer layer(SceneGraphConfig{});
+  layer.setTasks(makeTwoTasks());
+  layer.add({makePrimitive(1, {0, 0, 0}, makeEmbedding({0.6F, 0, 0.8F}))});
+  EXPECT_EQ(layer.computeObjects().size(), 1U);
+  SceneGraphConfig config;
+  config.min_object_score = 0.9;
+  layer.setConfig(config);
+  EXPECT_TRUE(layer.computeObjects().empty());
+  layer.setConfig(SceneGraphConfig{});
+  EXPECT_EQ(layer.computeObjects().size(), 1U);
 }
 
 TEST(Primitives, WithoutEmbeddingAreGeometryOnly) {

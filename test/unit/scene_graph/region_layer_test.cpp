@@ -182,6 +182,7 @@ TEST_P(RandomRegions, LieAtThePlaceNearestToTheMean) {
 
 TEST_P(RandomRegions, AreNamedByTheBestTaskOfTheirMeanIfItReachesAlpha) {
   const auto embedded = findEmbedded(graph_);
+  const bottleneck::TaskScorer scorer(world_.tasks().embeddings);
   SceneGraphConfig config;
   config.place_alpha = 0.4;
   int named = 0;
@@ -190,7 +191,7 @@ TEST_P(RandomRegions, AreNamedByTheBestTaskOfTheirMeanIfItReachesAlpha) {
     Eigen::VectorXd sum = Eigen::VectorXd::Zero(RandomWorld::kSize);
     for (const PlaceId id : region.places) sum += embedded.at(id.value).cast<double>();
     const Embedding mean = (sum / static_cast<double>(region.places.size())).cast<float>();
-    const TaskScore best = findBestTask(mean, world_.tasks().embeddings);
+    const TaskScore best = findBestTask(mean, scorer);
     EXPECT_NEAR(region.score, best.cosine, 1e-6);
     const bool is_named = best.cosine >= config.place_alpha;
     EXPECT_EQ(region.task_index, is_named ? best.task_index : -1);
@@ -313,6 +314,19 @@ TEST(Places, WaitForTasksOfTheirSize) {
   EXPECT_EQ(layer.computeRegions().size(), 2U);
   EXPECT_THROW(layer.setTasks(tasks), config::ConfigError);
   EXPECT_EQ(layer.computeRegions().size(), 2U);
+}
+
+TEST(Places, MayChangeTheirEmbeddingSizeOnceThoseOfTheOldSizeAreGone) {
+  RegionLayer layer(SceneGraphConfig{});
+  layer.setPlaces(makePlaces());
+  PlaceGraph other = *makePlaces();
+  for (Place& place : other.places) place.embedding = makeEmbedding({1, 2, 3, 4});
+  const PlaceUpdate mixed = layer.setPlaces(share(other));
+  EXPECT_EQ(mixed.rejected, 4U);
+  EXPECT_EQ(mixed.erased, 3U);
+  EXPECT_TRUE(layer.computeRegions().empty());
+  EXPECT_EQ(layer.setPlaces(share(other)).inserted, 4U);
+  EXPECT_FALSE(layer.computeRegions().empty());
 }
 
 void expectRefused(const PlaceGraph& graph, const std::string& part) {

@@ -14,7 +14,7 @@ namespace {
 TEST(BestTask, IsTheOneOfHighestCosineNotOfLargestProduct) {
   EmbeddingMatrix tasks(3, 2);
   tasks << 10.0F, 10.0F, 0.1F, 0.0F, -1.0F, 0.0F;
-  const TaskScore best = findBestTask(makeEmbedding({3, 0.3F}), tasks);
+  const TaskScore best = findBestTask(makeEmbedding({3, 0.3F}), bottleneck::TaskScorer(tasks));
   EXPECT_EQ(best.task_index, 1);
   EXPECT_NEAR(best.cosine, 3.0 / std::hypot(3.0, 0.3), 1e-6);
 }
@@ -22,13 +22,16 @@ TEST(BestTask, IsTheOneOfHighestCosineNotOfLargestProduct) {
 TEST(BestTask, IsTheFirstOfEqualOnesAndMayBeNegative) {
   EmbeddingMatrix tasks(3, 2);
   tasks << -1.0F, 0.0F, -1.0F, 0.0F, -1.0F, 0.0F;
-  const TaskScore best = findBestTask(makeEmbedding({2, 0}), tasks);
+  const TaskScore best = findBestTask(makeEmbedding({2, 0}), bottleneck::TaskScorer(tasks));
   EXPECT_EQ(best.task_index, 0);
   EXPECT_NEAR(best.cosine, -1.0, 1e-6);
 }
 
-TEST(BestTask, IsNoneWithoutTasks) {
+TEST(BestTask, IsNoneWithoutTasksOrDirection) {
   EXPECT_EQ(findBestTask(makeEmbedding({2, 0}), {}).task_index, -1);
+  const bottleneck::TaskScorer tasks(EmbeddingMatrix::Ones(1, 2));
+  EXPECT_EQ(findBestTask(makeEmbedding({0, 0}), tasks).task_index, -1);
+  EXPECT_EQ(findBestTask(makeEmbedding({0, 0}), tasks).cosine, 0.0);
 }
 
 TEST(Direction, NeedsFiniteValuesThatAreNotAllZero) {
