@@ -61,11 +61,3 @@ if(benchmark_FOUND)
     add_dependencies(tests ${name})
   endforeach()
 endif()
-
-# Python tests: test/python/<name>_test.py, with the built messages on the path (devel's env.sh:
-# catkin's cached one is empty if the shell that configured had sourced the devel space).
-file(GLOB TSG_PYTHON_TESTS CONFIGURE_DEPENDS test/python/*_test.py)
-foreach(source ${TSG_PYTHON_TESTS})
-  get_filename_component(name ${source} NAME_WE)
-  add_test(NAME ${name} COMMAND ${CATKIN_DEVEL_PREFIX}/env.sh ${PYTHON_EXECUTABLE} ${source})
-endforeach()

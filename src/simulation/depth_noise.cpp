@@ -14,14 +14,6 @@ namespace {
 
 constexpr double kEdgeStep = 0.04;  ///< relative jump of depth that makes an edge
 
-/// Zero mean, unit variance: four uniform 16-bit numbers.
-double toNormal(std::uint64_t bits) {
-  const double sum = static_cast<double>(bits & 0xffff) +
-                     static_cast<double>((bits >> 16) & 0xffff) +
-                     static_cast<double>((bits >> 32) & 0xffff) + static_cast<double>(bits >> 48);
-  return (sum / 65536.0 - 2.0 + 2.0 / 65536.0) * std::sqrt(3.0);
-}
-
 std::uint16_t roundToMillimetres(double z_m) {
   return static_cast<std::uint16_t>(std::clamp(std::lround(z_m * 1000.0), 0L, 65534L));
 }

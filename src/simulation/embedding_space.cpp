@@ -25,9 +25,9 @@ constexpr double kPartWeight = 0.3;
 
 /// A random unit vector in axes [from, to).
 Embedding makeDirection(std::uint64_t seed, int from, int to) {
-  Random random(seed);
   Embedding v = Embedding::Zero(EmbeddingSpace::kSize);
-  for (int i = from; i < to; ++i) v[i] = static_cast<float>(random.normal());
+  for (int i = from; i < to; ++i)
+    v[i] = static_cast<float>(toNormal(combineSeeds(seed, static_cast<std::uint64_t>(i))));
   return v.normalized();
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "task_scene_graph/simulation/random.h"
 
+#include <cmath>
+
 namespace task_scene_graph::simulation {
 
 std::uint64_t mixBits(std::uint64_t value) {
@@ -16,6 +18,12 @@ std::uint64_t hashText(std::string_view text) {
     hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL;
   }
   return mixBits(hash);
+}
+
+double toNormal(std::uint64_t bits) {
+  const auto part = [bits](int shift) { return static_cast<double>((bits >> shift) & 0xffff); };
+  // Each part has mean 32767.5 and, in units of 65536, variance 1/12.
+  return ((part(0) + part(16) + part(32) + part(48)) - 131070.0) / 65536.0 * std::sqrt(3.0);
 }
 
 int Random::integer(int count) {

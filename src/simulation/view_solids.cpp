@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace task_scene_graph::simulation {
@@ -98,6 +99,7 @@ ViewSolids::Hit ViewSolids::cast(const Eigen::Vector3d& direction, int u_px, int
   for (const int index : tile) {
     const View& view = views_[static_cast<std::size_t>(index)];
     if (view.nearest_m > hit.depth_m) break;
+    if (!view.pixels.contains(cv::Point(u_px, v_px))) continue;
     const UnitRay ray{view.origin, view.unit_from_camera * direction};
     const double t = intersectUnit(view.shape, view.top_ratio, ray);
     if (t < hit.depth_m || (t == hit.depth_m && index < hit.index)) hit = {index, t};

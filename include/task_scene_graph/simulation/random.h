@@ -22,6 +22,9 @@ inline double toUnitInterval(std::uint64_t bits) {
   return static_cast<double>(bits >> 11) * 0x1.0p-53;
 }
 
+/// Zero mean, unit variance, within +-3.5: the sum of the four 16-bit numbers in `bits`, scaled.
+double toNormal(std::uint64_t bits);
+
 /// Seeded random numbers that are the same with every standard library: std::mt19937_64 is
 /// specified to the bit, the distributions of <random> are not, so the mapping is done here.
 class Random {
