@@ -16,8 +16,9 @@ namespace encodings = sensor_msgs::image_encodings;
 
 [[noreturn]] void failEncoding(const sensor_msgs::Image& message, const std::string& topic,
                                const std::string& expected) {
-  throw InputError("image on " + topic + " has encoding '" + message.encoding + "', expected " +
-                   expected);
+  throw InputError(
+      "image on " + topic + " has encoding '" + message.encoding + "', expected " + expected,
+      "wrong encoding");
 }
 
 /// An empty `encoding` shares the message's pixels.
@@ -42,7 +43,8 @@ void requireFinite(const double* values, std::size_t count, const char* name,
   for (std::size_t i = 0; i < count; ++i) {
     if (std::isfinite(values[i])) continue;
     throw InputError("camera_info on " + topic + " has " + name + "[" + std::to_string(i) +
-                     "] = " + std::to_string(values[i]) + ", expected a finite number");
+                         "] = " + std::to_string(values[i]) + ", expected a finite number",
+                     "bad intrinsics");
   }
 }
 
@@ -94,7 +96,7 @@ CameraModel toCameraModel(const sensor_msgs::CameraInfo& info, const std::string
   try {
     camera.validate();
   } catch (const std::invalid_argument& e) {
-    throw InputError("camera_info on " + topic + ": " + e.what());
+    throw InputError("camera_info on " + topic + ": " + e.what(), "bad intrinsics");
   }
   return camera;
 }

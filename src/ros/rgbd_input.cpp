@@ -118,6 +118,8 @@ void RgbdInput::addTriple(const sensor_msgs::ImageConstPtr& color,
     pose_waiter_.push(makeFrame(color, depth, info), camera_frame);
     const std::lock_guard<std::mutex> lock(mutex_);
     camera_frame_ = camera_frame;
+  } catch (const InputError& e) {
+    report_.countDropped(e.reason(), std::string("dropped a frame: ") + e.what());
   } catch (const std::exception& e) {
     report_.countDropped("unusable images", std::string("dropped a frame: ") + e.what());
   }
@@ -159,14 +161,16 @@ std::shared_ptr<RgbdFrame> RgbdInput::makeFrame(const sensor_msgs::ImageConstPtr
 void RgbdInput::checkSizes(const Image& color, const Image& depth, const Info& info) const {
   if (color.width != depth.width || color.height != depth.height) {
     throw InputError("depth on " + depth_.getTopic() + " is " +
-                     formatSize(depth.width, depth.height) + ", colour on " + color_.getTopic() +
-                     " is " + formatSize(color.width, color.height) +
-                     "; expected depth registered to colour, of the same size");
+                         formatSize(depth.width, depth.height) + ", colour on " +
+                         color_.getTopic() + " is " + formatSize(color.width, color.height) +
+                         "; expected depth registered to colour, of the same size",
+                     "sizes differ");
   }
   if (color.width != info.width || color.height != info.height) {
     throw InputError("camera_info on " + info_.getTopic() + " is for " +
-                     formatSize(info.width, info.height) + ", images on " + color_.getTopic() +
-                     " are " + formatSize(color.width, color.height));
+                         formatSize(info.width, info.height) + ", images on " + color_.getTopic() +
+                         " are " + formatSize(color.width, color.height),
+                     "sizes differ");
   }
 }
 

@@ -1,15 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "task_scene_graph/ros/task_loader.h"
 
+#include "task_scene_graph/language/text_encoder.h"
 #include "task_scene_graph/segmentation/model_set.h"
 
 namespace task_scene_graph::ros_interface {
 
 scene_graph::TaskList loadTaskList(const std::string& path, const std::string& models_path) {
   scene_graph::TaskList tasks = scene_graph::loadTasks(path);
-  const int embedding_size =
-      models_path.empty() ? 0 : segmentation::loadModelSet(models_path).embedding_size;
-  scene_graph::checkUsable(tasks, path, false, embedding_size);
+  segmentation::ModelSet models;
+  if (!models_path.empty()) models = segmentation::loadModelSet(models_path);
+  const bool has_text_encoder = !models.text_encoder.empty();
+  scene_graph::checkUsable(tasks, path, has_text_encoder,
+                           models_path.empty() ? 0 : models.embedding_size);
+  if (!tasks.hasEmbeddings() && tasks.size() > 0) {
+    tasks.embeddings = language::TextEncoder(models, {}).encodeTasks(tasks.names);
+  }
   return tasks;
 }
 

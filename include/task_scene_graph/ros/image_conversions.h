@@ -6,6 +6,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "task_scene_graph/core/camera.h"
 #include "task_scene_graph/core/frame.h"
@@ -15,7 +16,13 @@ namespace task_scene_graph::ros_interface {
 /// A message that cannot be used; the text names the topic, the value and what was expected.
 class InputError : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  explicit InputError(const std::string& text, std::string reason = "unusable message")
+      : std::runtime_error(text), reason_(std::move(reason)) {}
+  /// A few words for a counter: "wrong encoding".
+  const std::string& reason() const { return reason_; }
+
+ private:
+  std::string reason_;
 };
 
 /// rgb8 and bgr8 borrow the message's pixels; mono8, rgba8 and bgra8 are converted with one copy.

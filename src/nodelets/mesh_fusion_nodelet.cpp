@@ -1,0 +1,373 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <std_srvs/Trigger.h>
+#include <visualization_msgs/MarkerArray.h>
+
+#include <atomic>
+#include <deque>
+#include <filesystem>
+#include <mutex>
+#include <optional>
+#include <pluginlib/class_list_macros.hpp>
+
+#include "stage_nodelet.h"
+#include "task_scene_graph/mapping/ply.h"
+#include "task_scene_graph/pipeline/background_fusion.h"
+#include "task_scene_graph/pipeline/object_fusion.h"
+#include "task_scene_graph/ros/arrivals.h"
+#include "task_scene_graph/ros/frame_matcher.h"
+#include "task_scene_graph/ros/geometry_conversions.h"
+#include "task_scene_graph/ros/mesh_markers.h"
+#include "task_scene_graph/ros/message_conversions.h"
+#include "task_scene_graph/ros/rgbd_input.h"
+#include "task_scene_graph/ros/topic_watch.h"
+#include "task_scene_graph/ros/worker.h"
+
+namespace task_scene_graph::nodelets {
+
+struct MeshFusionNodeletConfig {
+  pipeline::BackgroundFusionConfig background_fusion;
+  pipeline::ObjectFusionConfig object_fusion;
+  ros_interface::InputConfig input;
+  std::string output;
+  double mesh_period_s = 1.0;
+  int queue_size = 100;
+  int object_queue_size = 1000;
+  int frame_cache = 150;
+  CommonConfig common;
+
+  template <typename Self, typename Visitor>
+  static void visit(Self& self, Visitor& v) {
+    pipeline::BackgroundFusionConfig::visit(self.background_fusion, v);
+    pipeline::ObjectFusionConfig::visit(self.object_fusion, v);
+    v.group("input", self.input);
+    v.field("output", self.output, {}, "", "folder that mesh.ply is written to; empty = none");
+    v.field("mesh_period_s", self.mesh_period_s, {0.0, 3600.0}, "s",
+            "least time (of the frames' stamps) between two messages on `mesh`");
+    v.field("queue_size", self.queue_size, {1, 10000}, "frames",
+            "frames that wait for depth integration; the oldest is dropped");
+    v.field("object_queue_size", self.object_queue_size, {10, 100000}, "messages",
+            "segmented frames and tracks that wait for object reconstruction");
+    v.field("frame_cache", self.frame_cache, {1, 10000}, "frames",
+            "images that wait for their segmentation");
+    CommonConfig::visit(self.common, v);
+  }
+};
+
+/// Every frame -> mesh and places; segmented frames and tracks -> object primitives. Depth
+/// integration and object reconstruction have a thread each, so that neither waits for the other.
+class MeshFusionNodelet : public StageNodelet {
+ public:
+  ~MeshFusionNodelet() override;
+
+ private:
+  using Match = ros_interface::FrameMatcher::Match;
+  /// A frame to integrate, or, with a segmentation, a view for the places.
+  using BackgroundJob = Match;
+  /// A segmented frame, or what the tracker said of one.
+  struct ObjectJob {
+    Match match;
+    msg::TracksConstPtr tracks;
+  };
+  struct HeldTracks {
+    msg::TracksConstPtr message;
+    std::chrono::steady_clock::time_point arrival;
+  };
+
+  void start() override;
+  void startTopics();
+  void check() override;
+  msg::FinishResponse finish(const msg::FinishRequest& request, Deadline deadline) override;
+
+  void onFrame(const RgbdFramePtr& frame);
+  void onSegmentation(const msg::SegmentationConstPtr& message);
+  void onTracks(const msg::TracksConstPtr& message);
+  void onJumpBack();
+  void enqueueMatch(std::optional<Match> match);
+  /// Tracks go to reconstruction only after the frame that they speak of.
+  void releaseTracks(bool all);
+
+  void processBackground(const BackgroundJob& job);
+  void processObjects(const ObjectJob& job);
+  void publishPrimitives(const std::vector<ObjectPrimitivePtr>& primitives, Stamp stamp);
+  void publishMesh(Stamp stamp, bool force);
+  void publishPlaces(Stamp stamp, bool force);
+  void greetMeshSubscriber(const ros::SingleSubscriberPublisher& subscriber);
+  void greetPrimitivesSubscriber(const ros::SingleSubscriberPublisher& subscriber);
+  bool saveMesh(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
+  std::string writeMesh();
+
+  MeshFusionNodeletConfig config_;
+  std::mutex background_mutex_;  ///< guards the four below
+  std::unique_ptr<pipeline::BackgroundFusion> background_;
+  std::unique_ptr<ros_interface::MeshMarkers> markers_;
+  std::optional<Stamp> last_mesh_;
+  Stamp newest_frame_;
+  std::unique_ptr<pipeline::ObjectFusion> objects_;  ///< the object worker's own
+  std::mutex primitives_mutex_;
+  std::vector<ObjectPrimitivePtr> primitives_;
+  Stamp primitives_stamp_;
+  std::mutex tracks_mutex_;
+  std::deque<HeldTracks> held_tracks_;
+  Stamp newest_match_;
+  ros_interface::Arrivals arrivals_;
+  ros::Publisher mesh_publisher_;
+  ros::Publisher primitives_publisher_;
+  ros::Publisher places_publisher_;
+  ros::ServiceServer save_server_;
+  std::unique_ptr<ros_interface::FrameMatcher> matcher_;
+  std::unique_ptr<ros_interface::TopicWatch> watch_;
+  std::unique_ptr<ros_interface::Worker<BackgroundJob>> background_worker_;
+  std::unique_ptr<ros_interface::Worker<ObjectJob>> object_worker_;
+  std::unique_ptr<ros_interface::RgbdInput> input_;
+  ros::Subscriber segmentation_subscriber_;
+  ros::Subscriber tracks_subscriber_;
+};
+
+MeshFusionNodelet::~MeshFusionNodelet() {
+  stopServices();
+  if (background_worker_ == nullptr || object_worker_ == nullptr) return;
+  tracks_subscriber_.shutdown();
+  segmentation_subscriber_.shutdown();
+  input_.reset();
+  background_worker_->stop();
+  object_worker_->stop();
+  if (config_.output.empty() || newest_frame_ == Stamp{}) return;
+  try {
+    writeMesh();
+  } catch (const std::exception& e) {
+    NODELET_ERROR_STREAM("mesh not saved: " << e.what());
+  }
+}
+
+void MeshFusionNodelet::start() {
+  config_ = loadConfig<MeshFusionNodeletConfig>();
+  background_ = std::make_unique<pipeline::BackgroundFusion>(config_.background_fusion);
+  objects_ = std::make_unique<pipeline::ObjectFusion>(config_.object_fusion);
+  markers_ = std::make_unique<ros_interface::MeshMarkers>(config_.input.world_frame);
+  matcher_ =
+      std::make_unique<ros_interface::FrameMatcher>(static_cast<std::size_t>(config_.frame_cache));
+  background_worker_ = std::make_unique<ros_interface::Worker<BackgroundJob>>(
+      static_cast<std::size_t>(config_.queue_size),
+      [this](const BackgroundJob& job) { processBackground(job); });
+  object_worker_ = std::make_unique<ros_interface::Worker<ObjectJob>>(
+      static_cast<std::size_t>(config_.object_queue_size),
+      [this](const ObjectJob& job) { processObjects(job); });
+  startTopics();
+}
+
+void MeshFusionNodelet::startTopics() {
+  ros::NodeHandle& handle = getNodeHandle();
+  mesh_publisher_ = handle.advertise<visualization_msgs::MarkerArray>(
+      "mesh", 1000, [this](const auto& subscriber) { greetMeshSubscriber(subscriber); });
+  primitives_publisher_ = handle.advertise<msg::ObjectPrimitives>(
+      "object_primitives", 1000,
+      [this](const auto& subscriber) { greetPrimitivesSubscriber(subscriber); });
+  places_publisher_ = handle.advertise<msg::PlaceGraph>("place_graph", 10, true);
+  save_server_ = serviceHandle().advertiseService("save_mesh", &MeshFusionNodelet::saveMesh, this);
+  input_ = std::make_unique<ros_interface::RgbdInput>(
+      handle, config_.input, report(),
+      ros_interface::RgbdInput::Callbacks{[this](const RgbdFramePtr& frame) { onFrame(frame); },
+                                          [this] { onJumpBack(); }});
+  segmentation_subscriber_ =
+      handle.subscribe("segmentation", 100, &MeshFusionNodelet::onSegmentation, this);
+  tracks_subscriber_ = handle.subscribe("tracks", 1000, &MeshFusionNodelet::onTracks, this);
+  watch_ = std::make_unique<ros_interface::TopicWatch>(report(), config_.input.patience_s);
+  watch_->add(segmentation_subscriber_, "segmentation");
+  watch_->add(tracks_subscriber_, "tracks");
+}
+
+void MeshFusionNodelet::onFrame(const RgbdFramePtr& frame) {
+  report().countDropped("integration queue full", "", background_worker_->push({frame, nullptr}));
+  enqueueMatch(matcher_->addFrame(frame));
+}
+
+void MeshFusionNodelet::onSegmentation(const msg::SegmentationConstPtr& message) {
+  watch_->noteMessage(0);
+  try {
+    enqueueMatch(matcher_->addSegmentation(
+        ros_interface::fromMessage(message, segmentation_subscriber_.getTopic())));
+  } catch (const std::exception& e) {
+    report().countDropped("unusable segmentation", e.what());
+  }
+}
+
+void MeshFusionNodelet::onTracks(const msg::TracksConstPtr& message) {
+  watch_->noteMessage(1);
+  {
+    const std::lock_guard<std::mutex> lock(tracks_mutex_);
+    held_tracks_.push_back({message, std::chrono::steady_clock::now()});
+  }
+  releaseTracks(false);
+  for (const auto& track : message->finished) arrivals_.noteId(track.id);
+  arrivals_.noteStamp(ros_interface::toStamp(message->header.stamp));
+}
+
+void MeshFusionNodelet::onJumpBack() {
+  releaseTracks(true);
+  matcher_->clear();
+  const std::lock_guard<std::mutex> lock(tracks_mutex_);
+  newest_match_ = {};
+}
+
+void MeshFusionNodelet::enqueueMatch(std::optional<Match> match) {
+  if (!match) return;
+  if (match->segmentation->image_embedding.size() > 0) {
+    report().countDropped("integration queue full", "", background_worker_->push(*match));
+  }
+  {
+    const std::lock_guard<std::mutex> lock(tracks_mutex_);
+    newest_match_ = match->frame->stamp;
+    report().countDropped("object queue full", "",
+                          object_worker_->push({std::move(*match), nullptr}));
+  }
+  releaseTracks(false);
+}
+
+void MeshFusionNodelet::releaseTracks(bool all) {
+  const std::lock_guard<std::mutex> lock(tracks_mutex_);
+  while (!held_tracks_.empty()) {
+    const auto& message = held_tracks_.front().message;
+    const bool is_due = ros_interface::toStamp(message->header.stamp) <= newest_match_;
+    if (!all && !is_due) return;
+    report().countDropped("object queue full", "", object_worker_->push({{}, message}));
+    held_tracks_.pop_front();
+  }
+}
+
+void MeshFusionNodelet::processBackground(const BackgroundJob& job) {
+  try {
+    const std::lock_guard<std::mutex> lock(background_mutex_);
+    if (job.segmentation != nullptr) {
+      background_->addView(*job.frame, job.segmentation->image_embedding);
+      return;
+    }
+    const ros_interface::StageTimer timer;
+    background_->integrate(*job.frame);
+    report().countProcessed(timer.elapsedMs());
+    newest_frame_ = job.frame->stamp;
+    publishMesh(newest_frame_, false);
+    publishPlaces(newest_frame_, false);
+  } catch (const std::exception& e) {
+    report().countDropped("error", std::string("dropped a frame: ") + e.what());
+  }
+}
+
+void MeshFusionNodelet::processObjects(const ObjectJob& job) {
+  try {
+    if (job.tracks == nullptr) {
+      objects_->addFrame(job.match.frame, job.match.segmentation);
+      return;
+    }
+    const TrackedFrame tracked = ros_interface::fromMessage(*job.tracks);
+    publishPrimitives(objects_->addTracks(tracked), tracked.stamp);
+    for (const auto& [reason, count] : objects_->rejections()) {
+      report().set("tracks without an object: " + reason, std::to_string(count));
+    }
+  } catch (const std::exception& e) {
+    report().countDropped("object error", std::string("dropped tracks: ") + e.what());
+  }
+}
+
+void MeshFusionNodelet::publishPrimitives(const std::vector<ObjectPrimitivePtr>& primitives,
+                                          Stamp stamp) {
+  if (primitives.empty()) return;
+  const std::lock_guard<std::mutex> lock(primitives_mutex_);
+  primitives_.insert(primitives_.end(), primitives.begin(), primitives.end());
+  primitives_stamp_ = stamp;
+  report().set("object primitives", std::to_string(primitives_.size()));
+  primitives_publisher_.publish(
+      ros_interface::toMessage(primitives, stamp, config_.input.world_frame));
+}
+
+void MeshFusionNodelet::publishMesh(Stamp stamp, bool force) {
+  const bool is_due = !last_mesh_ || stamp < *last_mesh_ ||
+                      secondsBetween(*last_mesh_, stamp) >= config_.mesh_period_s;
+  if (!is_due && !force) return;
+  last_mesh_ = stamp;
+  const auto messages = markers_->update(background_->updateMesh());
+  if (mesh_publisher_.getNumSubscribers() == 0) return;
+  for (const auto& message : messages) mesh_publisher_.publish(message);
+}
+
+void MeshFusionNodelet::publishPlaces(Stamp stamp, bool force) {
+  const PlaceGraphPtr places = background_->updatePlaces(stamp, force);
+  if (places == nullptr) return;
+  places_publisher_.publish(ros_interface::toMessage(*places, config_.input.world_frame));
+  report().set("places", std::to_string(places->places.size()));
+}
+
+void MeshFusionNodelet::greetMeshSubscriber(const ros::SingleSubscriberPublisher& subscriber) {
+  const std::lock_guard<std::mutex> lock(background_mutex_);
+  for (const auto& message : markers_->all()) subscriber.publish(message);
+}
+
+void MeshFusionNodelet::greetPrimitivesSubscriber(
+    const ros::SingleSubscriberPublisher& subscriber) {
+  const std::lock_guard<std::mutex> lock(primitives_mutex_);
+  if (primitives_.empty()) return;
+  subscriber.publish(
+      *ros_interface::toMessage(primitives_, primitives_stamp_, config_.input.world_frame));
+}
+
+void MeshFusionNodelet::check() {
+  input_->check();
+  watch_->check();
+  report().set("frames that wait for a segmentation", std::to_string(matcher_->numFrames()));
+  report().set("frames that wait for integration", std::to_string(background_worker_->size()));
+  report().set("messages that wait for reconstruction", std::to_string(object_worker_->size()));
+  const std::chrono::duration<double> patience(config_.input.tf_timeout_s + 1.0);
+  bool is_overdue = false;
+  {
+    const std::lock_guard<std::mutex> lock(tracks_mutex_);
+    is_overdue = !held_tracks_.empty() &&
+                 std::chrono::steady_clock::now() - held_tracks_.front().arrival > patience;
+  }
+  if (is_overdue) releaseTracks(true);  // their frame was dropped
+}
+
+msg::FinishResponse MeshFusionNodelet::finish(const msg::FinishRequest& request,
+                                              Deadline deadline) {
+  msg::FinishResponse response;
+  const bool has_all =
+      arrivals_.wait(request.last_id, ros_interface::toStamp(request.stamp), deadline);
+  releaseTracks(true);
+  const bool is_done = background_worker_->waitIdle(deadline) && object_worker_->waitIdle(deadline);
+  response.success = has_all && is_done;
+  response.message = response.success ? "all is reconstructed"
+                     : has_all        ? "still at work"
+                                      : "tracks did not arrive";
+  const std::lock_guard<std::mutex> lock(background_mutex_);
+  if (newest_frame_ != Stamp{}) {
+    publishMesh(newest_frame_, true);
+    publishPlaces(newest_frame_, true);
+    response.stamp = ros_interface::toRosTime(newest_frame_);
+  }
+  const std::lock_guard<std::mutex> primitives_lock(primitives_mutex_);
+  if (!primitives_.empty()) response.last_id = primitives_.back()->id.value;
+  return response;
+}
+
+bool MeshFusionNodelet::saveMesh(std_srvs::Trigger::Request&,
+                                 std_srvs::Trigger::Response& response) {
+  try {
+    if (config_.output.empty()) throw std::runtime_error("parameter 'output' is not set");
+    response.message = writeMesh();
+    response.success = 1;
+  } catch (const std::exception& e) {
+    response.message = std::string("mesh not saved: ") + e.what();
+    response.success = 0;
+  }
+  return true;
+}
+
+std::string MeshFusionNodelet::writeMesh() {
+  const std::filesystem::path path = std::filesystem::path(config_.output) / "mesh.ply";
+  std::filesystem::create_directories(path.parent_path());
+  const std::lock_guard<std::mutex> lock(background_mutex_);
+  mapping::writePly(path.string(), background_->extractMesh());
+  return path.string();
+}
+
+}  // namespace task_scene_graph::nodelets
+
+PLUGINLIB_EXPORT_CLASS(task_scene_graph::nodelets::MeshFusionNodelet, nodelet::Nodelet)

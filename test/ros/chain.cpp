@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dynamic_reconfigure/Reconfigure.h>
+#include <gtest/gtest.h>
+#include <std_srvs/Trigger.h>
+#include <visualization_msgs/MarkerArray.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "support.h"
+#include "synthetic_robot.h"
+
+namespace task_scene_graph::test {
+namespace {
+
+constexpr int kNumFrames = 40;
+
+/// The whole chain runs once in this process; the tests look at what came of it.
+class Chain : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    state_ = new State;
+    const std::string folder = state_->folder.path().string();
+    writeTaskFile(folder + "/objects.yaml", {"red box", "blue box"}, 0);
+    writeTaskFile(folder + "/places.yaml", {"room"}, 2);
+    ros::param::set("/scene_graph/object_tasks", folder + "/objects.yaml");
+    ros::param::set("/scene_graph/place_tasks", folder + "/places.yaml");
+    ros::param::set("/scene_graph/output", folder + "/map");
+    ros::param::set("/mesh_fusion/output", folder + "/map");
+    ASSERT_TRUE(load(state_->loader, "tracker", "Tracker"));
+    ASSERT_TRUE(load(state_->loader, "mesh_fusion", "MeshFusion"));
+    ASSERT_TRUE(load(state_->loader, "scene_graph", "SceneGraph"));
+    ASSERT_TRUE(state_->robot.waitForSubscribers(2));
+    ASSERT_TRUE(state_->robot.waitForSegmentationSubscribers(2));
+    ASSERT_TRUE(state_->tracks.waitForPublisher());
+    play();
+    ASSERT_TRUE(callTrigger("/scene_graph/save_map", state_->save));
+  }
+  static void TearDownTestSuite() {
+    delete state_;
+    state_ = nullptr;
+  }
+
+  /// One frame after the other, each once the tracker has dealt with the one before.
+  static void play() {
+    for (int i = 0; i < kNumFrames; ++i) {
+      const RobotMessages messages = makeMessages(i);
+      state_->robot.publish(messages);
+      state_->last = messages;
+      ASSERT_TRUE(state_->tracks.waitFor([&](const msg::Tracks& tracks) {
+        return ros_interface::toStamp(tracks.header.stamp) == messages.stamp;
+      })) << "no tracks for frame "
+          << i;
+    }
+  }
+  static bool callTrigger(const std::string& service, std_srvs::Trigger& call) {
+    return ros::service::waitForService(service, ros::Duration(30.0)) &&
+           ros::service::call(service, call);
+  }
+  static std::string outputPath(const std::string& name) {
+    return (state_->folder.path() / "map" / name).string();
+  }
+  static msg::SceneGraphConstPtr newestGraph() { return state_->graphs.messages().back(); }
+
+  struct State {
+    TemporaryFolder folder;
+    Robot robot;
+    Recorder<msg::Tracks> tracks{"tracks"};
+    Recorder<msg::SceneGraph> graphs{"scene_graph"};
+    Recorder<visualization_msgs::MarkerArray> markers{"scene_graph_markers"};
+    Recorder<diagnostic_msgs::DiagnosticArray> diagnostics{"/diagnostics"};
+    nodelet::Loader loader{false};
+    RobotMessages last;
+    std_srvs::Trigger save;
+  };
+  static State* state_;
+};
+Chain::State* Chain::state_ = nullptr;
+
+TEST_F(Chain, SaveMapAnswersWithTheFolderThatHoldsTheMap) {
+  EXPECT_TRUE(state_->save.response.success) << state_->save.response.message;
+  EXPECT_EQ(state_->save.response.message, (state_->folder.path() / "map").string());
+  const auto summary = nlohmann::json::parse(std::ifstream(outputPath("summary.json")));
+  EXPECT_NE(summary.dump().find("red box"), std::string::npos);
+  const auto spark = nlohmann::json::parse(std::ifstream(outputPath("scene_graph.json")));
+  EXPECT_GT(spark.at("nodes").size(), 2U);
+  std::ifstream ply(outputPath("mesh.ply"), std::ios::binary);
+  std::string first_line;
+  std::getline(ply, first_line);
+  EXPECT_EQ(first_line, "ply");
+}
+
+TEST_F(Chain, BothBoxesAreObjectsWhereTheyStand) {
+  const auto graph = newestGraph();
+  ASSERT_EQ(graph->objects.size(), 2U);
+  std::map<std::string, Aabb> boxes;
+  for (const auto& object : graph->objects) {
+    boxes[object.task] = ros_interface::toAabb(object.box);
+    EXPECT_NEAR(object.score, 1.0F, 1e-4F);
+  }
+  ASSERT_EQ(boxes.count("red box"), 1U);
+  ASSERT_EQ(boxes.count("blue box"), 1U);
+  // Only the sides that face the robot were seen; one voxel of slack.
+  const Aabb red = makeAabb({1.2, 0.5, 0.0}, {1.8, 1.1, 0.7});
+  const Aabb blue = makeAabb({1.2, -1.1, 0.0}, {1.8, -0.5, 0.7});
+  EXPECT_GT(computeIoU(boxes["red box"], red), 0.5) << boxes["red box"].min().transpose();
+  EXPECT_GT(computeIoU(boxes["blue box"], blue), 0.5) << boxes["blue box"].min().transpose();
+}
+
+TEST_F(Chain, PlacesAndARegionComeOut) {
+  const auto graph = newestGraph();
+  EXPECT_GT(graph->places.size(), 0U);
+  ASSERT_GT(graph->regions.size(), 0U);
+  EXPECT_EQ(graph->regions[0].task, "room");
+  for (const auto& place : graph->places) {
+    EXPECT_LT(std::abs(place.position.x), 3.0);
+    EXPECT_LT(std::abs(place.position.y), 3.0);
+  }
+}
+
+TEST_F(Chain, EveryStageReadsThePixelsOfTheMessageItself) {
+  std::ostringstream expected;
+  expected << static_cast<const void*>(state_->last.depth->data.data());
+  for (const std::string stage : {"tracker", "mesh_fusion"}) {
+    ASSERT_TRUE(waitUntil([&] {
+      return findDiagnostics(state_->diagnostics, stage)["pixels of the last image"] ==
+             expected.str();
+    })) << stage
+        << ": " << findDiagnostics(state_->diagnostics, stage)["pixels of the last image"]
+        << ", published: " << expected.str();
+    auto lines = findDiagnostics(state_->diagnostics, stage);
+    EXPECT_EQ(lines["images shared"], std::to_string(2 * kNumFrames));
+    EXPECT_EQ(lines["images copied"], "0");
+    EXPECT_EQ(lines["processed"], std::to_string(kNumFrames));
+  }
+}
+
+TEST_F(Chain, LateSubscriberGetsAllPrimitivesAndTheWholeMesh) {
+  Recorder<msg::ObjectPrimitives> primitives("object_primitives");
+  EXPECT_TRUE(primitives.waitFor(
+      [](const msg::ObjectPrimitives& message) { return message.primitives.size() == 2; }));
+  Recorder<visualization_msgs::MarkerArray> mesh("mesh");
+  EXPECT_TRUE(mesh.waitFor([](const visualization_msgs::MarkerArray& message) {
+    return !message.markers.empty() && !message.markers[0].points.empty();
+  }));
+  Recorder<msg::SceneGraph> graph("scene_graph");
+  EXPECT_TRUE(
+      graph.waitFor([](const msg::SceneGraph& message) { return message.objects.size() == 2; }));
+}
+
+std::set<std::string> namespacesOf(const visualization_msgs::MarkerArray& array, int action) {
+  std::set<std::string> names;
+  for (const auto& marker : array.markers) {
+    if (marker.action == action) names.insert(marker.ns);
+  }
+  return names;
+}
+
+bool reconfigure(const std::string& name, double value) {
+  dynamic_reconfigure::Reconfigure call;
+  call.request.config.doubles.resize(1);
+  call.request.config.doubles[0].name = name;
+  call.request.config.doubles[0].value = value;
+  return ros::service::call("/scene_graph/set_parameters", call);
+}
+
+TEST_F(Chain, AlphaReclustersAtOnceAndStaleMarkersAreDeleted) {
+  ASSERT_TRUE(reconfigure("min_object_score", 1.0));  // cosines of floats stay a little below
+  ASSERT_TRUE(reconfigure("object_alpha", 1.0));
+  ASSERT_TRUE(waitUntil([] { return newestGraph()->objects.empty(); }));
+  ASSERT_TRUE(state_->markers.waitFor([](const visualization_msgs::MarkerArray& array) {
+    return namespacesOf(array, visualization_msgs::Marker::DELETE).count("object_boxes") > 0;
+  }));
+  ASSERT_TRUE(reconfigure("object_alpha", 0.23));
+  ASSERT_TRUE(reconfigure("min_object_score", -1.0));
+  EXPECT_TRUE(waitUntil([] { return newestGraph()->objects.size() == 2; }));
+}
+
+TEST_F(Chain, MarkersHaveANamespaceForEachLayer) {
+  ASSERT_FALSE(state_->markers.messages().empty());
+  const auto names =
+      namespacesOf(*state_->markers.messages().back(), visualization_msgs::Marker::ADD);
+  for (const auto* name : {"object_boxes", "object_nodes", "object_labels", "object_edges",
+                           "places", "regions", "region_labels", "region_place_edges"}) {
+    EXPECT_EQ(names.count(name), 1U) << name;
+  }
+}
+
+TEST_F(Chain, RepeatedStampIsDroppedAndCounted) {
+  state_->robot.publish(state_->last);
+  EXPECT_TRUE(waitUntil([] {
+    return findDiagnostics(state_->diagnostics, "tracker")["dropped: repeated stamp"] == "1";
+  }));
+}
+
+/// Last: it sets time back. The first frame finds tf cleared and is lost.
+TEST_F(Chain, BagInALoopGivesTracksAgain) {
+  Recorder<rosgraph_msgs::Log> log("/rosout");
+  ASSERT_TRUE(log.waitForPublisher());
+  const std::size_t before = state_->tracks.messages().size();
+  state_->robot.publish(makeMessages(0));
+  ASSERT_TRUE(waitForLog(log, {"[/tracker]", "stamps jumped back"}));
+  ASSERT_TRUE(waitForLog(log, {"[/mesh_fusion]", "stamps jumped back"}));
+  for (int i = 1; i < 6; ++i) {
+    const RobotMessages messages = makeMessages(i);
+    state_->robot.publish(messages);
+    ASSERT_TRUE(waitUntil([&] {
+      const auto all = state_->tracks.messages();
+      return std::any_of(all.begin() + static_cast<std::ptrdiff_t>(before), all.end(),
+                         [&](const auto& tracks) {
+                           return ros_interface::toStamp(tracks->header.stamp) == messages.stamp;
+                         });
+    })) << "frame "
+        << i;
+  }
+  EXPECT_FALSE(state_->tracks.messages().back()->live.empty());
+}
+
+}  // namespace
+}  // namespace task_scene_graph::test
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "chain_test");
+  ros::AsyncSpinner spinner(4);
+  spinner.start();
+  const int result = RUN_ALL_TESTS();
+  spinner.stop();
+  ros::shutdown();
+  return result;
+}
