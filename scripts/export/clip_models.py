@@ -16,6 +16,17 @@ CHOICES = {
     "mobileclip2-s0": Choice("MobileCLIP2-S0", "dfndr2b", None, None),
 }
 
+
+def find_choice(name, weights):
+    """One of CHOICES, or any architecture of open_clip by its own name."""
+    if name.lower() in CHOICES:
+        return CHOICES[name.lower()]
+    if not weights:
+        raise SystemExit("--clip is '%s', expected one of %s, or open_clip's name of another one together with --clip-weights"
+                         % (name, ", ".join(sorted(CHOICES))))
+    return Choice(name, weights, None, None)
+
+
 TEXTS = ["a photo of a red mug", "get the notes and books from the desk", "", "!?", "wash the dishes", "ein Stuhl",
          "the dog's bowl, 2 of them", "kitchen", "somewhere to sit", "word " * 100]
 
@@ -130,10 +141,9 @@ def require_our_tokenizer(source):
 
 def reparameterize(model):
     """Merges the branches that some architectures (MobileCLIP) have for training only."""
-    try:
-        from timm.utils import reparameterize_model
-    except ImportError:
+    if not any(hasattr(module, "reparameterize") for module in model.modules()):
         return model
+    from timm.utils import reparameterize_model
     return reparameterize_model(model)
 
 
