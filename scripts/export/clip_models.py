@@ -16,6 +16,17 @@ CHOICES = {
     "mobileclip2-s0": Choice("MobileCLIP2-S0", "dfndr2b", None, None),
 }
 
+
+def find_choice(name, weights):
+    """One of CHOICES, or any architecture of open_clip by its own name."""
+    if name.lower() in CHOICES:
+        return CHOICES[name.lower()]
+    if not weights:
+        raise SystemExit("--clip is '%s', expected one of %s, or open_clip's name of another one together with --clip-weights"
+                         % (name, ", ".join(sorted(CHOICES))))
+    return Choice(name, weights, None, None)
+
+
 TEXTS = ["a photo of a red mug", "get the notes and books from the desk", "", "!?", "wash the dishes", "ein Stuhl",
          "the dog's bowl, 2 of them", "kitchen", "somewhere to sit", "word " * 100]
 
@@ -87,7 +98,7 @@ def load_open_clip(choice, weights, random_weights, views):
     config = open_clip.get_model_preprocess_cfg(model)
     size = config["size"][0] if isinstance(config["size"], (tuple, list)) else config["size"]
     settings = {"mean": list(config["mean"]), "std": list(config["std"]), "size": size,
-                "interpolation": config.get("interpolation"), "weights": weights, "name": name}
+                "interpolation": config.get("interpolation"), "weights": "random" if random_weights else weights, "name": name}
     vocabulary = pathlib.Path(open_clip.__file__).parent / "bpe_simple_vocab_16e6.txt.gz"
     return Source(model, "open_clip " + open_clip.__version__, preprocess, open_clip.get_tokenizer(name), settings, vocabulary)
 
@@ -105,7 +116,7 @@ def load_openai(choice, weights, random_weights):
         model, preprocess = clip.load(weights or choice.openai_name, device="cpu", jit=False)
     settings = {"mean": [0.48145466, 0.4578275, 0.40821073], "std": [0.26862954, 0.26130258, 0.27577711],
                 "size": model.visual.input_resolution, "interpolation": "bicubic",
-                "weights": weights or "openai", "name": choice.openai_name}
+                "weights": "random" if random_weights else weights or "openai", "name": choice.openai_name}
     vocabulary = pathlib.Path(clip.__file__).parent / "bpe_simple_vocab_16e6.txt.gz"
     return Source(model.float().eval(), "clip", preprocess, lambda texts: clip.tokenize(texts, truncate=True), settings, vocabulary)
 
@@ -120,7 +131,7 @@ def require_our_tokenizer(source):
     """Our programs have CLIP's own tokenizer only: other ones (SigLIP, ...) are refused."""
     import gzip
     tokens = source.tokenize(["A red mug.", ""]).tolist()
-    expected = [[49406, 320, 736, 9066, 269, 49407] + 71 * [0], [49406, 49407] + 75 * [0]]
+    expected = [[49406, 320, 736, 9722, 269, 49407] + 71 * [0], [49406, 49407] + 75 * [0]]
     if tokens != expected:
         raise checks.Mismatch("the model's tokenizer is not CLIP's: 'A red mug.' becomes %s" % tokens[0][:8])
     with gzip.open(str(source.vocabulary)) as file:
@@ -130,10 +141,9 @@ def require_our_tokenizer(source):
 
 def reparameterize(model):
     """Merges the branches that some architectures (MobileCLIP) have for training only."""
-    try:
-        from timm.utils import reparameterize_model
-    except ImportError:
+    if not any(hasattr(module, "reparameterize") for module in model.modules()):
         return model
+    from timm.utils import reparameterize_model
     return reparameterize_model(model)
 
 

@@ -24,7 +24,7 @@ def load(choice, random_weights, images):
     yolo = ultralytics.YOLO(architecture)
     arguments = yolo.model.args
     yolo.model = SegmentationModel(architecture, nc=1, verbose=False)
-    yolo.model.args = arguments
+    yolo.model.args, yolo.model.task = arguments, yolo.task
     networks.calibrate_batch_norm(yolo.model, images)
     return yolo
 

@@ -140,9 +140,9 @@ bool isDroppedControl(std::uint32_t number) {
 }
 
 icu::UnicodeString decodeNumber(std::uint32_t number) {
-  if (number == 0 || U_IS_SURROGATE(number) || number > 0x10ffff) return {UChar32{0xfffd}};
+  if (number == 0 || U_IS_SURROGATE(number) || number > 0x10ffff) return icu::UnicodeString(UChar32{0xfffd});
   if (isDroppedControl(number) || isNonCharacter(number)) return {};
-  return {decodeWindows1252(static_cast<UChar32>(number))};
+  return icu::UnicodeString(decodeWindows1252(static_cast<UChar32>(number)));
 }
 
 /// Replaces each reference for which `decode` says what it stands for, and how long it is.

@@ -37,7 +37,7 @@ icu::UnicodeString straightenCharacter(UChar32 code_point) {
   if (isLatinLigature(character) || isUnusualWidth(character)) {
     return normalizeNfkc(icu::UnicodeString(character));
   }
-  return {character};
+  return icu::UnicodeString(character);
 }
 
 icu::UnicodeString straightenCharacters(const icu::UnicodeString& text) {
