@@ -2,26 +2,85 @@
 #include "task_scene_graph/bottleneck/agglomeration.h"
 
 #include <algorithm>
+#include <cmath>
+#include <deque>
 #include <numeric>
 #include <tuple>
+
+#include "hub.h"
 
 namespace task_scene_graph::bottleneck {
 namespace {
 
 using Index = std::uint32_t;
+constexpr Index kDead = ~Index{0};
+constexpr Index kNoHub = ~Index{0};
 
-// An edge as it was when it was priced; outdated once either end has changed.
+// A priced edge. It holds while the versions of both ends are those here; or, between equal
+// distributions (cost 0 whatever the sizes), while their distributions are.
 struct Candidate {
   std::int64_t cost;
   Index a;
   Index b;
   Index version_a;
   Index version_b;
+  bool is_equal;
 
   bool operator>(const Candidate& other) const {
     return std::tie(cost, a, b) > std::tie(other.cost, other.a, other.b);
   }
 };
+
+// The lower bound of a hub's edges.
+struct HubBound {
+  std::int64_t bound;
+  Index hub;
+  std::uint32_t listing;
+
+  bool operator>(const HubBound& other) const {
+    return std::tie(bound, hub) > std::tie(other.bound, other.hub);
+  }
+};
+
+// A binary heap, smallest first, whose outdated entries are dropped now and then.
+template <typename Entry>
+class LazyHeap {
+ public:
+  bool empty() const { return entries_.empty(); }
+  const Entry& top() const { return entries_.front(); }
+
+  void pop() {
+    std::pop_heap(entries_.begin(), entries_.end(), std::greater<>());
+    entries_.pop_back();
+  }
+
+  template <typename Predicate>
+  void push(const Entry& entry, const Predicate& isOutdated) {
+    entries_.push_back(entry);
+    std::push_heap(entries_.begin(), entries_.end(), std::greater<>());
+    if (entries_.size() <= limit_) return;
+    entries_.erase(std::remove_if(entries_.begin(), entries_.end(), isOutdated), entries_.end());
+    std::make_heap(entries_.begin(), entries_.end(), std::greater<>());
+    limit_ = 2 * entries_.size() + 1024;
+  }
+
+ private:
+  std::vector<Entry> entries_;
+  std::size_t limit_ = 1024;
+};
+
+// Equal up to the rounding of sums, which no cost in kCostUnit can show.
+bool isSameDistribution(const SparseMasses& a, double count_a, const SparseMasses& b,
+                        double count_b) {
+  constexpr double kTolerance = 1e-12;
+  if (a.size() != b.size()) return false;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const double left = a[i].mass * count_b;
+    const double right = b[i].mass * count_a;
+    if (a[i].task != b[i].task || std::abs(left - right) > kTolerance * left) return false;
+  }
+  return true;
+}
 
 class Agglomeration {
  public:
@@ -30,42 +89,62 @@ class Agglomeration {
 
  private:
   Index findRoot(Index node);
-  void pushEdge(Index u, Index v);
-  bool isCurrent(const Candidate& c) const;
-  void mergeInto(Index a, Index b);
-  std::vector<Index> joinNeighbours(Index a, Index b);
-  void compactHeap();
+  double price(Index u, Index v) const;
+  void connect(Index u, Index v);
+  void pushCandidate(Index u, Index v, double cost, bool is_equal);
+  bool isOutdated(const Candidate& c) const;
+  bool isOutdated(const HubBound& bound) const;
+  bool isElder(Index hub_u, Index hub_v) const { return hubs_[hub_u].age < hubs_[hub_v].age; }
 
+  void deferEdge(Index owner, Index neighbour, double cost);
+  void listBound(Index hub);
+  void activateLowest(Index hub);
+  bool settleHub();
+
+  void merge(Index a, Index b);
+  void uniteClusters(Index a, Index b, bool is_equal);
+  void appendUnmarked(const std::vector<Index>& formers, std::vector<Index>& joined);
+  void mergeSmall(Index a, Index b, bool is_equal);
+  void mergeHub(Index a, Index b, bool is_equal);
+  void prepareHub(Index winner, Index loser, bool keeps_name, bool is_equal);
+  void setElders(Index cluster, const std::vector<Index>& neighbours);
+
+  std::size_t hub_degree_;
   std::vector<SparseMasses> masses_;
   std::vector<Index> counts_;
-  std::vector<Index> versions_;
+  std::vector<Index> versions_;  // counts changes of a cluster
+  std::vector<Index> shapes_;    // counts changes of its distribution
   std::vector<Index> parents_;
-  std::vector<std::vector<Index>> neighbours_;  // may name clusters by a former member
+  std::vector<std::vector<Index>> neighbours_;  // may name clusters by a former member, and twice
   std::vector<Index> marks_;                    // last merge that saw the cluster
-  std::vector<Candidate> heap_;
-  std::size_t heap_limit_ = 0;
+  std::vector<std::uint64_t> activations_;      // state of the hub that last activated the cluster
+  std::vector<Index> hub_of_;
+  std::deque<Hub> hubs_;
+  std::vector<Index> hub_clusters_;
+  LazyHeap<Candidate> candidates_;
+  LazyHeap<HubBound> bounds_;
+  std::uint64_t next_state_ = 1;
   MergeTape tape_;
 };
 
-constexpr Index kDead = ~Index{0};
-
 Agglomeration::Agglomeration(const AgglomerationProblem& problem)
-    : counts_(problem.relevance.size(), 1),
+    : hub_degree_(problem.hub_degree),
+      counts_(problem.relevance.size(), 1),
       versions_(problem.relevance.size(), 0),
+      shapes_(problem.relevance.size(), 0),
       parents_(problem.relevance.size()),
       neighbours_(problem.relevance.size()),
-      marks_(problem.relevance.size(), 0) {
+      marks_(problem.relevance.size(), 0),
+      activations_(problem.relevance.size(), 0),
+      hub_of_(problem.relevance.size(), kNoHub) {
   std::iota(parents_.begin(), parents_.end(), 0u);
   masses_.reserve(problem.relevance.size());
   for (const SparseMasses* relevance : problem.relevance) masses_.push_back(*relevance);
-  heap_.reserve(problem.edges.size());
   for (const auto& [a, b] : problem.edges) {
     neighbours_[a].push_back(b);
     neighbours_[b].push_back(a);
-    pushEdge(a, b);
+    connect(a, b);
   }
-  std::make_heap(heap_.begin(), heap_.end(), std::greater<>());
-  heap_limit_ = 2 * heap_.size() + 1024;
 }
 
 Index Agglomeration::findRoot(Index node) {
@@ -76,65 +155,201 @@ Index Agglomeration::findRoot(Index node) {
   return node;
 }
 
-void Agglomeration::pushEdge(Index u, Index v) {
+double Agglomeration::price(Index u, Index v) const {
+  const Index a = std::min(u, v);  // one order, one rounding
+  const Index b = std::max(u, v);
+  return computeMergeCost(masses_[a], counts_[a], masses_[b], counts_[b]);
+}
+
+bool Agglomeration::isOutdated(const Candidate& c) const {
+  const std::vector<Index>& versions = c.is_equal ? shapes_ : versions_;
+  return versions[c.a] != c.version_a || versions[c.b] != c.version_b;
+}
+
+bool Agglomeration::isOutdated(const HubBound& bound) const {
+  return hubs_[bound.hub].listing != bound.listing;
+}
+
+void Agglomeration::pushCandidate(Index u, Index v, double cost, bool is_equal) {
   const Index a = std::min(u, v);
   const Index b = std::max(u, v);
-  const double cost = computeMergeCost(masses_[a], counts_[a], masses_[b], counts_[b]);
-  heap_.push_back({roundCost(cost), a, b, versions_[a], versions_[b]});
+  const std::vector<Index>& versions = is_equal ? shapes_ : versions_;
+  candidates_.push({roundCost(cost), a, b, versions[a], versions[b], is_equal},
+                   [this](const Candidate& c) { return isOutdated(c); });
 }
 
-bool Agglomeration::isCurrent(const Candidate& c) const {
-  return versions_[c.a] == c.version_a && versions_[c.b] == c.version_b;
-}
-
-std::vector<Index> Agglomeration::joinNeighbours(Index a, Index b) {
-  const Index mark = static_cast<Index>(tape_.size());
-  marks_[a] = mark;
-  std::vector<Index> joined;
-  for (const Index source : {a, b}) {
-    for (const Index former : neighbours_[source]) {
-      const Index neighbour = findRoot(former);
-      if (marks_[neighbour] == mark) continue;
-      marks_[neighbour] = mark;
-      joined.push_back(neighbour);
-    }
+// Prices an edge of a cluster that has just come to be.
+void Agglomeration::connect(Index u, Index v) {
+  const double cost = price(u, v);
+  const Index hub_u = hub_of_[u];
+  const Index hub_v = hub_of_[v];
+  if (hub_u == kNoHub && hub_v == kNoHub) {
+    pushCandidate(u, v, cost, false);
+  } else if (hub_v == kNoHub || (hub_u != kNoHub && isElder(hub_u, hub_v))) {
+    deferEdge(u, v, cost);
+  } else {
+    deferEdge(v, u, cost);
   }
-  return joined;
 }
 
-void Agglomeration::mergeInto(Index a, Index b) {
-  masses_[a] = addMasses(masses_[a], masses_[b]);
-  counts_[a] += counts_[b];
-  parents_[b] = a;
-  ++versions_[a];
-  versions_[b] = kDead;
-  neighbours_[a] = joinNeighbours(a, b);
-  std::vector<Index>().swap(neighbours_[b]);
-  SparseMasses().swap(masses_[b]);
-  for (const Index neighbour : neighbours_[a]) {
-    pushEdge(a, neighbour);
-    std::push_heap(heap_.begin(), heap_.end(), std::greater<>());
+void Agglomeration::deferEdge(Index owner, Index neighbour, double cost) {
+  const Index index = hub_of_[owner];
+  Hub& hub = hubs_[index];
+  hub.defer(hub.price(cost, neighbour, versions_[neighbour], counts_[neighbour]));
+  if (hub_of_[neighbour] != kNoHub) hubs_[hub_of_[neighbour]].elders.push_back(owner);
+  if (hub.numDeferred() > hub.size_limit) {
+    hub.dropIf([this](const Hub::Edge& e) { return versions_[e.neighbour] != e.version; });
+    hub.size_limit = 2 * hub.numDeferred() + 256;
   }
-  if (heap_.size() > heap_limit_) compactHeap();
+  if (hub.bound() < hub.listed_bound) listBound(index);
 }
 
-void Agglomeration::compactHeap() {
-  const auto outdated = [this](const Candidate& c) { return !isCurrent(c); };
-  heap_.erase(std::remove_if(heap_.begin(), heap_.end(), outdated), heap_.end());
-  std::make_heap(heap_.begin(), heap_.end(), std::greater<>());
-  heap_limit_ = 2 * heap_.size() + 1024;
+void Agglomeration::listBound(Index hub) {
+  Hub& h = hubs_[hub];
+  ++h.listing;
+  h.listed_bound = h.bound();
+  if (h.listed_bound == Hub::kNoBound) return;
+  bounds_.push({h.listed_bound, hub, h.listing},
+               [this](const HubBound& bound) { return isOutdated(bound); });
+}
+
+void Agglomeration::activateLowest(Index hub) {
+  Hub& h = hubs_[hub];
+  const Hub::Edge edge = h.takeLowest();
+  const Index u = hub_clusters_[hub];
+  const Index v = edge.neighbour;
+  const bool is_void = versions_[v] != edge.version || activations_[v] == h.state;
+  if (!is_void) {
+    activations_[v] = h.state;
+    const double cost = price(u, v);
+    const bool is_equal = isSameDistribution(masses_[u], counts_[u], masses_[v], counts_[v]);
+    pushCandidate(u, v, is_equal ? 0.0 : cost, is_equal);
+    (is_equal ? h.equals : h.active).push_back(h.price(cost, v, edge.version, counts_[v]));
+  }
+  listBound(hub);
+}
+
+// Prices one edge that may be better than the best candidate; false if there is none.
+bool Agglomeration::settleHub() {
+  while (!candidates_.empty() && isOutdated(candidates_.top())) candidates_.pop();
+  while (!bounds_.empty() && isOutdated(bounds_.top())) bounds_.pop();
+  if (bounds_.empty()) return false;
+  const HubBound lowest = bounds_.top();
+  if (!candidates_.empty() && candidates_.top().cost < lowest.bound) return false;
+  activateLowest(lowest.hub);
+  return true;
 }
 
 MergeTape Agglomeration::run() {
-  while (!heap_.empty()) {
-    std::pop_heap(heap_.begin(), heap_.end(), std::greater<>());
-    const Candidate best = heap_.back();
-    heap_.pop_back();
-    if (!isCurrent(best)) continue;
+  while (true) {
+    while (settleHub()) {
+    }
+    if (candidates_.empty()) return std::move(tape_);
+    const Candidate best = candidates_.top();
+    candidates_.pop();
     tape_.push_back({best.a, best.b, best.cost});
-    mergeInto(best.a, best.b);
+    merge(best.a, best.b);
   }
-  return std::move(tape_);
+}
+
+void Agglomeration::merge(Index a, Index b) {
+  const bool is_equal = isSameDistribution(masses_[a], counts_[a], masses_[b], counts_[b]);
+  if (hub_of_[a] == kNoHub && hub_of_[b] == kNoHub) {
+    mergeSmall(a, b, is_equal);
+  } else {
+    mergeHub(a, b, is_equal);
+  }
+}
+
+void Agglomeration::uniteClusters(Index a, Index b, bool is_equal) {
+  masses_[a] = addMasses(masses_[a], masses_[b]);
+  SparseMasses().swap(masses_[b]);
+  counts_[a] += counts_[b];
+  parents_[b] = a;
+  ++versions_[a];
+  activations_[a] = 0;
+  if (!is_equal) ++shapes_[a];
+  versions_[b] = shapes_[b] = kDead;
+  marks_[a] = static_cast<Index>(tape_.size());
+}
+
+void Agglomeration::appendUnmarked(const std::vector<Index>& formers, std::vector<Index>& joined) {
+  const Index mark = static_cast<Index>(tape_.size());
+  for (const Index former : formers) {
+    const Index neighbour = findRoot(former);
+    if (marks_[neighbour] == mark) continue;
+    marks_[neighbour] = mark;
+    joined.push_back(neighbour);
+  }
+}
+
+void Agglomeration::setElders(Index cluster, const std::vector<Index>& neighbours) {
+  const Index hub = hub_of_[cluster];
+  hubs_[hub].elders.clear();
+  for (const Index neighbour : neighbours) {
+    const Index other = hub_of_[neighbour];
+    if (other != kNoHub && isElder(other, hub)) hubs_[hub].elders.push_back(neighbour);
+  }
+}
+
+void Agglomeration::mergeSmall(Index a, Index b, bool is_equal) {
+  uniteClusters(a, b, is_equal);
+  std::vector<Index> joined;
+  appendUnmarked(neighbours_[a], joined);
+  appendUnmarked(neighbours_[b], joined);
+  std::vector<Index>().swap(neighbours_[b]);
+  if (joined.size() > hub_degree_) {
+    hub_of_[a] = static_cast<Index>(hubs_.size());
+    hubs_.emplace_back();
+    hubs_.back().age = hub_of_[a];
+    hubs_.back().state = next_state_++;
+    hub_clusters_.push_back(a);
+  }
+  for (const Index neighbour : joined) connect(a, neighbour);
+  if (hub_of_[a] != kNoHub) setElders(a, joined);
+  neighbours_[a] = std::move(joined);
+}
+
+// Prices that the merge makes wrong go back under their bounds.
+void Agglomeration::prepareHub(Index winner, Index loser, bool keeps_name, bool is_equal) {
+  Hub& hub = hubs_[hub_of_[winner]];
+  for (const Hub::Edge& edge : hub.active) hub.defer(edge);
+  hub.active.clear();
+  if (!is_equal || !keeps_name) {
+    for (const Hub::Edge& edge : hub.equals) hub.defer(edge);
+    hub.equals.clear();
+  }
+  if (!is_equal) hub.absorb(masses_[winner], counts_[winner], masses_[loser], counts_[loser]);
+  hub.state = next_state_++;
+}
+
+void Agglomeration::mergeHub(Index a, Index b, bool is_equal) {
+  const bool is_larger = neighbours_[a].size() >= neighbours_[b].size();
+  const bool a_wins = hub_of_[b] == kNoHub || (hub_of_[a] != kNoHub && is_larger);
+  const Index winner = a_wins ? a : b;
+  const Index loser = a_wins ? b : a;
+  const Index index = hub_of_[winner];
+  prepareHub(winner, loser, a_wins, is_equal);
+  if (hub_of_[loser] != kNoHub) {
+    Hub& lost = hubs_[hub_of_[loser]];
+    hubs_[index].age = std::min(hubs_[index].age, lost.age);
+    const std::uint32_t listing = lost.listing + 1;
+    lost = Hub();
+    lost.listing = listing;
+  }
+  uniteClusters(a, b, is_equal);
+  hub_of_[a] = index;
+  hub_of_[b] = kNoHub;
+  hub_clusters_[index] = a;
+  if (!a_wins) std::swap(neighbours_[a], neighbours_[b]);
+  std::vector<Index> touched;
+  appendUnmarked(neighbours_[b], touched);
+  appendUnmarked(hubs_[index].elders, touched);
+  for (const Index neighbour : touched) connect(a, neighbour);
+  setElders(a, touched);
+  neighbours_[a].insert(neighbours_[a].end(), neighbours_[b].begin(), neighbours_[b].end());
+  std::vector<Index>().swap(neighbours_[b]);
+  listBound(index);
 }
 
 }  // namespace

@@ -28,13 +28,18 @@ using MergeTape = std::vector<MergeStep>;
 struct AgglomerationProblem {
   std::vector<const SparseMasses*> relevance;                  ///< N
   std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;  ///< each once, a != b
+  std::size_t hub_degree = 64;  ///< of more neighbours, edges are priced only when they may be best
 };
 
 /// Runs Agglomerative IB [Clio24, Algorithm 1] to the end: always the adjacent pair with the
 /// smallest (D, smaller id, larger id) is merged.
 ///
-/// A heap with lazy deletion of outdated edges, neighbour lists over union-find. Memory
-/// O(N support + E).
+/// A heap of priced edges with lazy deletion, neighbour lists over union-find. A merge prices the
+/// edges of the result anew, so that a cluster with many neighbours (the irrelevant background soon
+/// touches everything) would make it quadratic; the edges of such hubs wait under lower bounds of
+/// their costs instead, and only those of the smaller side are priced (small to large). About
+/// O(E log E) times the support on maps; memory O(N support + E). The result does not depend on
+/// `hub_degree`.
 MergeTape agglomerate(const AgglomerationProblem& problem);
 
 }  // namespace task_scene_graph::bottleneck

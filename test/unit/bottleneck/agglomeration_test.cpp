@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "task_scene_graph/bottleneck/agglomeration.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <random>
+#include <set>
+#include <string>
+#include <tuple>
+
+namespace task_scene_graph::bottleneck {
+namespace {
+
+using Edge = std::pair<std::uint32_t, std::uint32_t>;
+
+struct RandomProblem {
+  std::vector<SparseMasses> relevance;
+  std::vector<Edge> edges;
+
+  AgglomerationProblem problem(std::size_t hub_degree) const {
+    AgglomerationProblem problem;
+    for (const SparseMasses& p : relevance) problem.relevance.push_back(&p);
+    problem.edges = edges;
+    problem.hub_degree = hub_degree;
+    return problem;
+  }
+};
+
+SparseMasses makeRelevance(std::mt19937& random, double null_share, std::uint32_t num_tasks) {
+  std::uniform_real_distribution<double> uniform;
+  if (uniform(random) < null_share) return {{0, 1.0}};
+  std::map<std::uint32_t, double> masses;
+  for (int i = 0; i < 2; ++i) {
+    masses[std::uniform_int_distribution<std::uint32_t>(0, num_tasks)(random)] += uniform(random);
+  }
+  SparseMasses sparse;
+  for (const auto& [task, mass] : masses) sparse.push_back({task, mass});
+  return toDistribution(sparse);
+}
+
+// A random graph: ring-like for small spread, with hubs for large `num_hubs`.
+RandomProblem makeProblem(std::uint32_t seed, std::uint32_t count, double null_share,
+                          std::uint32_t num_hubs) {
+  std::mt19937 random(seed);
+  RandomProblem problem;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const bool is_copy = i > 0 && random() % 4 == 0;
+    problem.relevance.push_back(is_copy ? problem.relevance[random() % i]
+                                        : makeRelevance(random, null_share, 6));
+  }
+  std::set<Edge> edges;
+  const auto add = [&](std::uint32_t a, std::uint32_t b) {
+    if (a != b) edges.insert(std::minmax(a, b));
+  };
+  for (std::uint32_t i = 0; i < count; ++i) {
+    for (int k = 0; k < 3; ++k)
+      add(i, std::min(count - 1, i + 1 + static_cast<unsigned>(random() % 9)));
+    for (std::uint32_t h = 0; h < num_hubs; ++h) {
+      if (random() % 3 == 0) add(i, h * (count / num_hubs));
+    }
+  }
+  problem.edges.assign(edges.begin(), edges.end());
+  return problem;
+}
+
+// Prices every edge at every merge.
+MergeTape agglomerateNaively(const RandomProblem& problem) {
+  std::vector<SparseMasses> masses = problem.relevance;
+  std::vector<double> counts(masses.size(), 1.0);
+  std::set<Edge> edges(problem.edges.begin(), problem.edges.end());
+  MergeTape tape;
+  while (!edges.empty()) {
+    std::tuple<std::int64_t, std::uint32_t, std::uint32_t> best{INT64_MAX, 0, 0};
+    for (const auto& [a, b] : edges) {
+      const double cost = computeMergeCost(masses[a], counts[a], masses[b], counts[b]);
+      best = std::min(best, std::make_tuple(roundCost(cost), a, b));
+    }
+    const auto [cost, a, b] = best;
+    tape.push_back({a, b, cost});
+    masses[a] = addMasses(masses[a], masses[b]);
+    counts[a] += counts[b];
+    std::set<Edge> moved;
+    for (Edge edge : edges) {
+      if (edge.first == b) edge.first = a;
+      if (edge.second == b) edge.second = a;
+      if (edge.first != edge.second) moved.insert(std::minmax(edge.first, edge.second));
+    }
+    edges = std::move(moved);
+  }
+  return tape;
+}
+
+// The first merge in which two tapes differ, in words; "" if none.
+std::string findDifference(const MergeTape& tape, const MergeTape& expected) {
+  const auto describe = [](const MergeTape& steps, std::size_t i) {
+    if (i >= steps.size()) return std::string("nothing");
+    return "(" + std::to_string(steps[i].a) + ", " + std::to_string(steps[i].b) + ") for " +
+           std::to_string(steps[i].cost);
+  };
+  for (std::size_t i = 0; i < std::max(tape.size(), expected.size()); ++i) {
+    const std::string ours = describe(tape, i);
+    const std::string theirs = describe(expected, i);
+    if (ours != theirs) return "merge " + std::to_string(i) + ": " + ours + ", expected " + theirs;
+  }
+  return "";
+}
+
+class HubDegrees : public testing::TestWithParam<std::size_t> {};
+
+TEST_P(HubDegrees, TapeIsTheOneThatPricingEveryEdgeGives) {
+  for (std::uint32_t seed = 0; seed < 60; ++seed) {
+    const double null_share = 0.3 * (seed % 4);
+    const RandomProblem problem = makeProblem(seed, 20 + 3 * seed, null_share, seed % 5);
+    const MergeTape expected = agglomerateNaively(problem);
+    ASSERT_EQ(findDifference(agglomerate(problem.problem(GetParam())), expected), "")
+        << "seed " << seed;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Agglomeration, HubDegrees, testing::Values(0, 1, 3, 8, 20, 1000000));
+
+TEST(Agglomeration, LargeGraphsDoNotDependOnTheHubDegree) {
+  for (std::uint32_t seed = 0; seed < 3; ++seed) {
+    const RandomProblem problem = makeProblem(seed, 3000, 0.4, 4);
+    const MergeTape eager = agglomerate(problem.problem(1000000));
+    EXPECT_EQ(eager.size(), 2999u);
+    EXPECT_EQ(findDifference(agglomerate(problem.problem(64)), eager), "");
+    EXPECT_EQ(findDifference(agglomerate(problem.problem(4)), eager), "");
+  }
+}
+
+TEST(Agglomeration, ThousandsOfZeroCostTiesAreMergedInOrderOfIds) {
+  RandomProblem problem;
+  problem.relevance.assign(5000, {{0, 1.0}});
+  for (std::uint32_t i = 0; i + 1 < 5000; ++i) problem.edges.emplace_back(i, i + 1);
+  for (std::uint32_t i = 2; i < 5000; ++i) problem.edges.emplace_back(0, i);
+  const MergeTape tape = agglomerate(problem.problem(64));
+  ASSERT_EQ(tape.size(), 4999u);
+  for (std::uint32_t i = 0; i < tape.size(); ++i) {
+    ASSERT_EQ(tape[i], (MergeStep{0, i + 1, 0}));
+  }
+}
+
+TEST(Agglomeration, NothingToMergeGivesAnEmptyTape) {
+  EXPECT_TRUE(agglomerate({}).empty());
+  RandomProblem problem;
+  problem.relevance.assign(3, {{1, 1.0}});
+  EXPECT_TRUE(agglomerate(problem.problem(64)).empty());
+}
+
+}  // namespace
+}  // namespace task_scene_graph::bottleneck
