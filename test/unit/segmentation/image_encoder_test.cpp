@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "task_scene_graph/segmentation/image_encoder.h"
+
+#include <gtest/gtest.h>
+
+#include "networks.h"
+
+namespace task_scene_graph::segmentation {
+namespace {
+
+EngineConfig withThreads(int num_threads) {
+  EngineConfig engine;
+  engine.num_threads = num_threads;
+  return engine;
+}
+
+/// Vertical stripes, stripe i of the grey value 10 i.
+ColorImage makeStripes(int count) {
+  cv::Mat image(16, 16 * count, CV_8UC3);
+  for (int i = 0; i < count; ++i) {
+    image.colRange(16 * i, 16 * (i + 1)) = cv::Scalar::all(10.0 * i);
+  }
+  return {{}, image, ColorOrder::kRgb, nullptr};
+}
+
+std::vector<CropRequest> cropStripes(int count) {
+  std::vector<CropRequest> requests;
+  for (int i = 0; i < count; ++i) requests.push_back({{16 * i, 0, 16, 16}, 0});
+  return requests;
+}
+
+TEST(ImageEncoder, RowsFollowTheRequestsForAnyNumberOfThreadsAndBatchSize) {
+  TSG_REQUIRE_ENGINE();
+  const ModelSet models = makeSmallModels();
+  for (const int threads : {1, 3}) {
+    for (const int max_batch : {1, 4, 5}) {
+      ImageEncoderConfig config;
+      config.max_batch = max_batch;
+      const ImageEncoder encoder(models, withThreads(threads), config);
+      const EmbeddingMatrix rows = encoder.encode(makeStripes(23), {}, cropStripes(23));
+      ASSERT_EQ(rows.rows(), 23);
+      for (int i = 0; i < 23; ++i) {
+        // The network's first value: the mean normalised red, plus 1/4.
+        const double red = (10.0 * i / 255.0 - models.image_mean[0]) / models.image_std[0];
+        EXPECT_NEAR(rows(i, 0), red + 0.25, 1e-5) << "crop " << i;
+      }
+    }
+  }
+}
+
+TEST(ImageEncoder, NoRequestGivesNoRow) {
+  TSG_REQUIRE_ENGINE();
+  const ImageEncoder encoder(makeSmallModels(), withThreads(2), {});
+  const EmbeddingMatrix rows = encoder.encode(makeStripes(1), {}, {});
+  EXPECT_EQ(rows.rows(), 0);
+  EXPECT_EQ(rows.cols(), 4);
+}
+
+TEST(ImageEncoder, AnErrorInOneThreadReachesTheCaller) {
+  TSG_REQUIRE_ENGINE();
+  const ImageEncoder encoder(makeSmallModels(), withThreads(3), {});
+  std::vector<CropRequest> requests = cropStripes(23);
+  requests[17].box_px.width = 1000;
+  try {
+    encoder.encode(makeStripes(23), {}, requests);
+    FAIL();
+  } catch (const std::invalid_argument& e) {
+    EXPECT_NE(std::string(e.what()).find("1000x16 at (272, 0)"), std::string::npos) << e.what();
+    EXPECT_NE(std::string(e.what()).find("inside 368x16"), std::string::npos) << e.what();
+  }
+}
+
+TEST(ImageEncoder, AfterCancelNothingIsEncoded) {
+  TSG_REQUIRE_ENGINE();
+  ImageEncoder encoder(makeSmallModels(), withThreads(2), {});
+  encoder.cancel();
+  EXPECT_THROW(encoder.encode(makeStripes(5), {}, cropStripes(5)), Cancelled);
+}
+
+TEST(ImageEncoder, SizesAreTheFilesAndTheModelSets) {
+  TSG_REQUIRE_ENGINE();
+  const ImageEncoder fixed(makeSmallModels(), {}, {});
+  EXPECT_EQ(fixed.inputSize(), 8);
+  EXPECT_EQ(fixed.embeddingSize(), 4);
+  ModelSet models = makeSmallModels();
+  models.image_encoder = findNetwork("encoder_open_size");
+  models.image_encoder_input_size_px = 12;
+  EXPECT_EQ(ImageEncoder(models, {}, {}).inputSize(), 12);
+}
+
+}  // namespace
+}  // namespace task_scene_graph::segmentation
