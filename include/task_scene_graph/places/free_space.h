@@ -24,13 +24,14 @@ struct FreeSpace {
 };
 
 /// Clearance from obstacle cells. A cell's distance to an obstacle is that of the centres plus the
-XX
+/// obstacle's own signed distance (at most half a voxel diagonal), so walls between voxel centres
 /// keep their true place; cells without an obstacle within the limit have that limit as clearance.
 void computeClearance(const std::vector<char>& is_obstacle, const std::vector<float>& offset_m,
                       double max_distance_m, FreeSpace& space);
 
-/// Free = the floor's columns; obstacle = a column with something solid between `max_step_m` and
-/// `body_height_m` above the nearest walkable column's ground.
+/// Free = the floor's columns, and columns at most `max_floor_gap_m` beside them whose upper half
+/// (of `body_height_m`) was observed free; obstacle = a column with something solid between
+/// `max_step_m` and `body_height_m` above the nearest walkable column's ground.
 FreeSpace makeWalkableSpace(const VoxelMap& voxels, const Floor& floor, const PlacesConfig& config);
 
 /// Free = observed voxels with positive distance; obstacle = observed voxels with others.
