@@ -19,6 +19,7 @@ struct FreeSpace {
   std::vector<std::int32_t> parent;  ///< linear index of that obstacle, or NearestField::kNone
   std::vector<float> height_m;       ///< ground plan only: world z at which places lie
 
+  bool isPlan() const { return !height_m.empty(); }
   /// World position of a cell.
   Eigen::Vector3d computePosition(std::size_t cell) const;
 };

@@ -23,6 +23,7 @@ struct PlacesConfig {
   double max_parent_cosine = 0.1;
   double cell_size_m = 1.0;
   double merge_distance_m = 0.5;
+  double fill_distance_m = 0.75;
   double min_edge_clearance_m = 0.25;
   double max_bridge_m = 2.0;
   int min_component_size = 3;
@@ -57,6 +58,9 @@ struct PlacesConfig {
             "a connected set of Voronoi voxels in a cell of this size becomes a place");
     v.field("merge_distance_m", self.merge_distance_m, {0.0, 10.0}, "m",
             "places that touch and are nearer than this become one");
+    v.field("fill_distance_m", self.fill_distance_m, {0.0, 10.0}, "m",
+            "walkable: cells with open space farther than this (at most a cell) from all places "
+            "get a place as well; 0 = only Voronoi places");
     v.field("min_edge_clearance_m", self.min_edge_clearance_m, {0.0, 5.0}, "m",
             "least clearance along the straight line of an edge");
     v.field("max_bridge_m", self.max_bridge_m, {0.0, 20.0}, "m",
