@@ -30,22 +30,33 @@ GridExtent widen(const GridExtent& extent, int cells) {
   return {extent.min - margin, extent.size + 2 * margin};
 }
 
-/// Ground of the nearest walkable column within reach; NaN where there is none.
-std::vector<float> spreadHeights(const Floor& floor, const GridExtent& extent, double max_cells) {
-  std::vector<float> heights_m(extent.numCells(), kUnknown);
+/// The nearest walkable column of each cell.
+struct Ground {
+  std::vector<float> height_m;  ///< its ground; NaN if there is none within reach
+  std::vector<double> distance_m;
+};
+
+Ground spreadGround(const Floor& floor, const GridExtent& extent, double voxel_size_m,
+                    double max_distance_m) {
+  std::vector<float> known_m(extent.numCells(), kUnknown);
   std::vector<char> is_source(extent.numCells(), 0);
   for (std::size_t i = 0; i < floor.height_m.size(); ++i) {
     if (isUnknown(floor.height_m[i])) continue;
     const std::size_t cell = extent.toLinear(floor.extent.toIndex(i));
     is_source[cell] = 1;
-    heights_m[cell] = floor.height_m[i];
+    known_m[cell] = floor.height_m[i];
   }
-  const NearestField nearest = computeNearestField(extent, is_source, max_cells);
-  for (std::size_t cell = 0; cell < heights_m.size(); ++cell) {
+  const NearestField nearest =
+      computeNearestField(extent, is_source, max_distance_m / voxel_size_m);
+  Ground ground{std::vector<float>(extent.numCells(), kUnknown),
+                std::vector<double>(extent.numCells(), 0.0)};
+  for (std::size_t cell = 0; cell < extent.numCells(); ++cell) {
     if (nearest.source[cell] == NearestField::kNone) continue;
-    heights_m[cell] = heights_m[static_cast<std::size_t>(nearest.source[cell])];
+    ground.height_m[cell] = known_m[static_cast<std::size_t>(nearest.source[cell])];
+    ground.distance_m[cell] =
+        std::sqrt(static_cast<double>(nearest.squared_cells[cell])) * voxel_size_m;
   }
-  return heights_m;
+  return ground;
 }
 
 /// Distance of the solid voxel nearest to its surface between two heights; NaN if there is none.
@@ -60,10 +71,23 @@ float findSolid(const VoxelMap::Column& column, double voxel_size_m, double min_
   return found;
 }
 
-/// Marks the columns with something solid where a body would be.
-void markObstacles(const VoxelMap& voxels, const FreeSpace& space,
-                   const std::vector<float>& ground_m, const PlacesConfig& config,
-                   Obstacles& obstacles) {
+/// True if every voxel whose centre lies between two heights was observed free.
+bool isFreeBetween(const VoxelMap::Column& column, double voxel_size_m, double min_m,
+                   double max_m) {
+  const int first = static_cast<int>(std::ceil(min_m / voxel_size_m - 0.5));
+  const int last = static_cast<int>(std::floor(max_m / voxel_size_m - 0.5));
+  const int size = static_cast<int>(column.distances_m.size());
+  if (first < column.min_z || last >= column.min_z + size) return false;
+  for (int z = first; z <= last; ++z) {
+    if (!isFree(column.distances_m[static_cast<std::size_t>(z - column.min_z)])) return false;
+  }
+  return true;
+}
+
+/// Marks the columns with something solid where a body would be as obstacles, and those whose
+/// floor was not seen but is next to floor that was as free.
+void markColumns(const VoxelMap& voxels, const Ground& ground, const PlacesConfig& config,
+                 FreeSpace& space, Obstacles& obstacles) {
   for (const auto& [index, blocks] : voxels.columns()) {
     const GridIndex first(index.first * 8, index.second * 8, 0);
     if (!space.extent.contains(first) && !space.extent.contains(first + GridIndex(7, 7, 0)) &&
@@ -76,12 +100,18 @@ void markObstacles(const VoxelMap& voxels, const FreeSpace& space,
       const GridIndex cell_index = first + GridIndex(i % 8, i / 8, 0);
       if (!space.extent.contains(cell_index)) continue;
       const std::size_t cell = space.extent.toLinear(cell_index);
-      if (isUnknown(ground_m[cell]) || space.is_free[cell] != 0) continue;
-      const double height_m = static_cast<double>(ground_m[cell]);
-      const float distance_m =
-          findSolid(columns[static_cast<std::size_t>(i)], space.voxel_size_m,
-                    height_m + config.max_step_m, height_m + config.body_height_m);
-      if (!isUnknown(distance_m)) obstacles.set(cell, distance_m, space.voxel_size_m);
+      if (isUnknown(ground.height_m[cell]) || space.is_free[cell] != 0) continue;
+      const double height_m = static_cast<double>(ground.height_m[cell]);
+      const VoxelMap::Column& column = columns[static_cast<std::size_t>(i)];
+      const float distance_m = findSolid(column, space.voxel_size_m, height_m + config.max_step_m,
+                                         height_m + config.body_height_m);
+      if (!isUnknown(distance_m)) {
+        obstacles.set(cell, distance_m, space.voxel_size_m);
+      } else if (ground.distance_m[cell] <= config.max_floor_gap_m) {
+        const double middle_m = height_m + config.body_height_m / 2.0;
+        space.is_free[cell] =
+            isFreeBetween(column, space.voxel_size_m, middle_m, height_m + config.body_height_m);
+      }
     }
   }
 }
@@ -136,11 +166,12 @@ FreeSpace makeWalkableSpace(const VoxelMap& voxels, const Floor& floor,
     const std::size_t cell = space.extent.toLinear(floor.extent.toIndex(i));
     space.is_free[cell] = isUnknown(floor.height_m[i]) ? 0 : 1;
   }
-  const std::vector<float> ground_m = spreadHeights(floor, space.extent, reach);
+  const Ground ground =
+      spreadGround(floor, space.extent, space.voxel_size_m, config.max_distance_m);
   Obstacles obstacles(space.extent.numCells());
-  markObstacles(voxels, space, ground_m, config, obstacles);
+  markColumns(voxels, ground, config, space, obstacles);
   computeClearance(obstacles.is_obstacle, obstacles.offset_m, config.max_distance_m, space);
-  space.height_m = computeBodyCenters(ground_m, config.body_height_m, space.voxel_size_m);
+  space.height_m = computeBodyCenters(ground.height_m, config.body_height_m, space.voxel_size_m);
   return space;
 }
 

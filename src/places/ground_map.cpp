@@ -50,37 +50,54 @@ NodeGrid makeNodeGrid(Nodes nodes) {
   return grid;
 }
 
-/// Calls `visit(node)` for every node of the four columns beside `from` that a step can reach.
+/// How far and how high from one column to another.
+struct Step {
+  int columns = 1;
+  double max_height_m = 0.0;
+};
+
+/// Calls `visit(node)` for every node that a step along x or y can reach.
 template <typename Visit>
-void forEachStep(const NodeGrid& grid, const GroundNode& from, double max_step_m, Visit visit) {
-  for (const auto& [dx, dy] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
-    const GridIndex column(from.x + dx, from.y + dy, 0);
+void forEachStep(const NodeGrid& grid, const GroundNode& from, const Step& step, Visit visit) {
+  for (int i = 0; i < 4 * step.columns; ++i) {
+    const int length = (i / 4 + 1) * (i % 2 == 0 ? 1 : -1);
+    const bool is_along_x = i % 4 < 2;
+    const GridIndex column(from.x + (is_along_x ? length : 0), from.y + (is_along_x ? 0 : length),
+                           0);
     if (!grid.extent.contains(column)) continue;
     const std::size_t linear = grid.extent.toLinear(column);
     for (std::size_t n = grid.begin[linear]; n < grid.begin[linear + 1]; ++n) {
-      const double step_m = std::abs(static_cast<double>(grid.nodes[n].height_m - from.height_m));
-      if (step_m <= max_step_m) visit(n);
+      const double height_m = std::abs(static_cast<double>(grid.nodes[n].height_m - from.height_m));
+      if (height_m <= step.max_height_m) visit(n);
     }
   }
 }
 
-/// Nodes reachable by steps from `seed`, which they are marked with.
-Nodes collectFloor(const NodeGrid& grid, std::size_t seed, double max_step_m,
-                   std::vector<char>& is_taken) {
-  Nodes floor;
-  std::vector<std::size_t> open{seed};
+/// Nodes (indices) reachable by steps from `seed`; they are marked as taken.
+std::vector<std::size_t> collectReachable(const NodeGrid& grid, std::size_t seed, const Step& step,
+                                          std::vector<char>& is_taken) {
+  std::vector<std::size_t> reached{seed};
   is_taken[seed] = 1;
-  while (!open.empty()) {
-    const GroundNode node = grid.nodes[open.back()];
-    open.pop_back();
-    floor.push_back(node);
-    forEachStep(grid, node, max_step_m, [&](std::size_t next) {
+  for (std::size_t i = 0; i < reached.size(); ++i) {
+    forEachStep(grid, grid.nodes[reached[i]], step, [&](std::size_t next) {
       if (is_taken[next] != 0) return;
       is_taken[next] = 1;
-      open.push_back(next);
+      reached.push_back(next);
     });
   }
-  return floor;
+  return reached;
+}
+
+/// Nodes of floors that are large without any gap.
+std::vector<std::size_t> findSeeds(const NodeGrid& grid, double max_step_m, std::size_t min_nodes) {
+  std::vector<char> is_taken(grid.nodes.size(), 0);
+  std::vector<std::size_t> seeds;
+  for (std::size_t node = 0; node < grid.nodes.size(); ++node) {
+    if (is_taken[node] != 0) continue;
+    const auto floor = collectReachable(grid, node, {1, max_step_m}, is_taken);
+    if (floor.size() >= min_nodes) seeds.push_back(node);
+  }
+  return seeds;
 }
 
 /// Where a floor passes under itself (ramps), the lower storey counts.
@@ -143,13 +160,18 @@ std::vector<Floor> GroundMap::computeFloors(double voxel_size_m) const {
   }
   if (nodes.empty()) return {};
   const NodeGrid grid = makeNodeGrid(std::move(nodes));
+  const double min_nodes = config_.min_floor_area_m2 / (voxel_size_m * voxel_size_m);
+  const auto gap = static_cast<int>(std::floor(2.0 * config_.max_floor_gap_m / voxel_size_m));
   std::vector<char> is_taken(grid.nodes.size(), 0);
   std::vector<Nodes> floors;
-  for (std::size_t seed = 0; seed < grid.nodes.size(); ++seed) {
+  for (const std::size_t seed :
+       findSeeds(grid, config_.max_step_m, static_cast<std::size_t>(std::ceil(min_nodes)))) {
     if (is_taken[seed] != 0) continue;
-    Nodes floor = collectFloor(grid, seed, config_.max_step_m, is_taken);
-    const double area_m2 = static_cast<double>(floor.size()) * voxel_size_m * voxel_size_m;
-    if (area_m2 >= config_.min_floor_area_m2) floors.push_back(std::move(floor));
+    floors.emplace_back();
+    for (const std::size_t node :
+         collectReachable(grid, seed, {1 + gap, config_.max_step_m}, is_taken)) {
+      floors.back().push_back(grid.nodes[node]);
+    }
   }
   std::stable_sort(floors.begin(), floors.end(),
                    [](const Nodes& a, const Nodes& b) { return a.size() > b.size(); });

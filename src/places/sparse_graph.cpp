@@ -29,6 +29,11 @@ void forEachNeighbour(const GridExtent& extent, std::size_t cell, Visit visit) {
   }
 }
 
+GridIndex computeCoarseCell(const FreeSpace& space, std::size_t cell, double cell_size_m) {
+  const Eigen::Vector3d center = space.extent.toIndex(cell).cast<double>().array() + 0.5;
+  return (center * (space.voxel_size_m / cell_size_m)).array().floor().cast<int>();
+}
+
 /// Partition of the Voronoi cells into connected sets that each lie in one coarse cell.
 class VoronoiSets {
  public:
@@ -57,19 +62,16 @@ class VoronoiSets {
   }
 
  private:
-  GridIndex coarseCell(std::size_t cell) const {
-    const Eigen::Vector3d center = space_.extent.toIndex(cell).cast<double>().array() + 0.5;
-    return (center * (space_.voxel_size_m / cell_size_m_)).array().floor().cast<int>();
-  }
-
   void grow(std::size_t seed, const std::vector<char>& is_voronoi) {
     const auto id = static_cast<std::int32_t>(sets_.size());
-    const GridIndex coarse = coarseCell(seed);
+    const GridIndex coarse = computeCoarseCell(space_, seed, cell_size_m_);
     std::vector<std::size_t> cells{seed};
     set_of_[seed] = id;
     for (std::size_t i = 0; i < cells.size(); ++i) {
       forEachNeighbour(space_.extent, cells[i], [&](std::size_t next) {
-        if (is_voronoi[next] == 0 || set_of_[next] != kNoSet || coarseCell(next) != coarse) return;
+        if (is_voronoi[next] == 0 || set_of_[next] != kNoSet ||
+            computeCoarseCell(space_, next, cell_size_m_) != coarse)
+          return;
         set_of_[next] = id;
         cells.push_back(next);
       });
@@ -113,8 +115,11 @@ class GraphBuilder {
     for (const auto& cells : sets.sets()) places_.push_back(choosePlace(space_, cells));
     const std::set<IndexPair> touching = sets.findTouching();
     mergeNearPlaces(touching);
+    const std::size_t num_sets = places_.size();
+    if (space_.isPlan() && config_.fill_distance_m > 0.0) addFillPlaces();
     UnionFind parts(places_.size());
     for (const auto& [a, b] : touching) addEdge(merged_.find(a), merged_.find(b), parts);
+    addFillEdges(num_sets, parts);
     addBridges(parts);
     return collect(parts);
   }
@@ -147,16 +152,44 @@ class GraphBuilder {
     parts.attach(parts.find(b), parts.find(a));
   }
 
+  /// One place in every coarse cell that has open space far from all places, nearest its middle.
+  void addFillPlaces() {
+    std::vector<SparsePlace> kept;
+    for (const std::size_t s : findKept()) kept.push_back(places_[s]);
+    const std::vector<SparsePlace> added = findFillPlaces(space_, kept, config_);
+    places_.insert(places_.end(), added.begin(), added.end());
+    merged_.grow(places_.size());
+  }
+
+  /// Joins the places from `first` on to all that are near.
+  void addFillEdges(std::size_t first, UnionFind& parts) {
+    const std::vector<std::size_t> kept = findKept();
+    for (const NearPair& pair : findNearKept(kept, 1.5 * config_.cell_size_m)) {
+      const std::size_t a = kept[pair.a];
+      const std::size_t b = kept[pair.b];
+      if (a < b && b >= first) addEdge(a, b, parts);
+    }
+  }
+
+  std::vector<std::size_t> findKept() {
+    std::vector<std::size_t> kept;
+    for (std::size_t s = 0; s < places_.size(); ++s) {
+      if (merged_.find(s) == s) kept.push_back(s);
+    }
+    return kept;
+  }
+
+  std::vector<NearPair> findNearKept(const std::vector<std::size_t>& kept,
+                                     double max_distance_m) const {
+    std::vector<Eigen::Vector3d> positions_m;
+    for (const std::size_t s : kept) positions_m.push_back(places_[s].position_m);
+    return findNearPairs(positions_m, positions_m, max_distance_m);
+  }
+
   /// Shortest lines first; only between parts that are still apart (Kruskal).
   void addBridges(UnionFind& parts) {
-    std::vector<std::size_t> kept;
-    std::vector<Eigen::Vector3d> positions_m;
-    for (std::size_t s = 0; s < places_.size(); ++s) {
-      if (merged_.find(s) != s) continue;
-      kept.push_back(s);
-      positions_m.push_back(places_[s].position_m);
-    }
-    for (const NearPair& pair : findNearPairs(positions_m, positions_m, config_.max_bridge_m)) {
+    const std::vector<std::size_t> kept = findKept();
+    for (const NearPair& pair : findNearKept(kept, config_.max_bridge_m)) {
       const std::size_t a = kept[pair.a];
       const std::size_t b = kept[pair.b];
       if (a < b && parts.find(a) != parts.find(b)) addEdge(a, b, parts);

@@ -14,6 +14,13 @@ class UnionFind {
     std::iota(parent_.begin(), parent_.end(), std::size_t{0});
   }
 
+  /// Adds sets of one item each.
+  void grow(std::size_t size) {
+    const std::size_t old_size = parent_.size();
+    parent_.resize(size);
+    std::iota(parent_.begin() + static_cast<std::ptrdiff_t>(old_size), parent_.end(), old_size);
+  }
+
   std::size_t find(std::size_t item) {
     while (parent_[item] != item) item = parent_[item] = parent_[parent_[item]];
     return item;

@@ -10,10 +10,11 @@ namespace {
 
 using mapping::kBlockSide;
 
+/// A voxel once observed stays so, also when its block was dropped and begun anew.
 void copyDistances(const mapping::TsdfBlock& from, VoxelMap::Block& to) {
   for (std::size_t i = 0; i < to.size(); ++i) {
     const mapping::TsdfVoxel& voxel = from.voxels[i];
-    to[i] = voxel.weight > 0.0F ? voxel.distance_m : kUnknown;
+    if (voxel.weight > 0.0F) to[i] = voxel.distance_m;
   }
 }
 
@@ -38,7 +39,10 @@ std::vector<VoxelMap::ColumnIndex> VoxelMap::copyBlocks(const mapping::TsdfVolum
     const mapping::TsdfBlock* block = volume.findBlock(index);
     if (block == nullptr) continue;
     auto& copy = columns_[{index.x(), index.y()}][index.z()];
-    if (!copy) copy = std::make_unique<Block>();
+    if (!copy) {
+      copy = std::make_unique<Block>();
+      copy->fill(kUnknown);
+    }
     copyDistances(*block, *copy);
     touched.insert({index.x(), index.y()});
   }

@@ -19,6 +19,7 @@ struct FreeSpace {
   std::vector<std::int32_t> parent;  ///< linear index of that obstacle, or NearestField::kNone
   std::vector<float> height_m;       ///< ground plan only: world z at which places lie
 
+  bool isPlan() const { return !height_m.empty(); }
   /// World position of a cell.
   Eigen::Vector3d computePosition(std::size_t cell) const;
 };
@@ -29,8 +30,9 @@ struct FreeSpace {
 void computeClearance(const std::vector<char>& is_obstacle, const std::vector<float>& offset_m,
                       double max_distance_m, FreeSpace& space);
 
-/// Free = the floor's columns; obstacle = a column with something solid between `max_step_m` and
-/// `body_height_m` above the nearest walkable column's ground.
+/// Free = the floor's columns, and columns at most `max_floor_gap_m` beside them whose upper half
+/// (of `body_height_m`) was observed free; obstacle = a column with something solid between
+/// `max_step_m` and `body_height_m` above the nearest walkable column's ground.
 FreeSpace makeWalkableSpace(const VoxelMap& voxels, const Floor& floor, const PlacesConfig& config);
 
 /// Free = observed voxels with positive distance; obstacle = observed voxels with others.

@@ -18,7 +18,9 @@ struct Floor {
 };
 
 /// Finds observed ground with `body_height_m` of observed free space above it, and joins it to
-/// floors over steps of at most `max_step_m`.
+/// floors over steps of at most `max_step_m`. Patches across a gap of up to twice
+/// `max_floor_gap_m` are the same floor, but only floors of `min_floor_area_m2` without any gap
+/// count, with the patches around them.
 class GroundMap {
  public:
   explicit GroundMap(const PlacesConfig& config) : config_(config) {}
@@ -26,7 +28,7 @@ class GroundMap {
   /// Looks again at the given block columns.
   void updateColumns(const VoxelMap& voxels, const std::vector<VoxelMap::ColumnIndex>& changed);
 
-  /// Floors of at least `min_floor_area_m2`, largest first (then by position). O(ground plan).
+  /// All floors, largest first (then by position). O(ground plan).
   std::vector<Floor> computeFloors(double voxel_size_m) const;
 
  private:

@@ -16,12 +16,14 @@ struct PlacesConfig {
   double body_height_m = 1.0;
   double max_step_m = 0.2;
   double min_floor_area_m2 = 4.0;
-  double max_distance_m = 3.0;
+  double max_floor_gap_m = 0.5;
+  double max_distance_m = 5.0;
   double min_clearance_m = 0.3;
   double min_parent_separation_m = 2.5;
   double max_parent_cosine = 0.1;
   double cell_size_m = 1.0;
   double merge_distance_m = 0.5;
+  double fill_distance_m = 0.75;
   double min_edge_clearance_m = 0.25;
   double max_bridge_m = 2.0;
   int min_component_size = 3;
@@ -41,6 +43,9 @@ struct PlacesConfig {
             "walkable: floor may rise by this from voxel to voxel; what is lower is no obstacle");
     v.field("min_floor_area_m2", self.min_floor_area_m2, {0.0, 1000.0}, "m2",
             "walkable: connected floors that are smaller are left out (table tops, beds)");
+    v.field("max_floor_gap_m", self.max_floor_gap_m, {0.0, 5.0}, "m",
+            "walkable: floor that was not seen is taken for granted this near to floor that was, "
+            "where the upper half of a body was observed free");
     v.field("max_distance_m", self.max_distance_m, {0.5, 20.0}, "m",
             "obstacles farther away are not looked for");
     v.field("min_clearance_m", self.min_clearance_m, {0.0, 5.0}, "m",
@@ -53,6 +58,9 @@ struct PlacesConfig {
             "a connected set of Voronoi voxels in a cell of this size becomes a place");
     v.field("merge_distance_m", self.merge_distance_m, {0.0, 10.0}, "m",
             "places that touch and are nearer than this become one");
+    v.field("fill_distance_m", self.fill_distance_m, {0.0, 10.0}, "m",
+            "walkable: cells with open space farther than this (at most a cell) from all places "
+            "get a place as well; 0 = only Voronoi places");
     v.field("min_edge_clearance_m", self.min_edge_clearance_m, {0.0, 5.0}, "m",
             "least clearance along the straight line of an edge");
     v.field("max_bridge_m", self.max_bridge_m, {0.0, 20.0}, "m",

@@ -30,8 +30,16 @@ struct SparseGraph {
   void append(const SparseGraph& other);
 };
 
+/// Places for open space without any: a ground plan's coarse cells get a place as near to their
+/// middle as can be, at least `fill_distance_m` from every other place, with `min_clearance_m`.
+/// O(cells).
+std::vector<SparsePlace> findFillPlaces(const FreeSpace& space,
+                                        const std::vector<SparsePlace>& places,
+                                        const PlacesConfig& config);
+
 /// Sparsifies Voronoi cells: connected sets within cells of `cell_size_m` become places, sets that
-/// touch become edges if the straight line is free with `min_edge_clearance_m`, parts that are
+/// touch become edges if the straight line is free with `min_edge_clearance_m`, open space of a
+/// ground plan is filled (findFillPlaces) and joined to places within 1.5 cells, parts that are
 /// apart are joined by the shortest such lines up to `max_bridge_m`, and parts of fewer than
 /// `min_component_size` places are left out. [Hydra22, Sec. IV-B]
 SparseGraph computeSparseGraph(const FreeSpace& space, const std::vector<char>& is_voronoi,
