@@ -24,7 +24,8 @@ class ViewSolids {
              const Pose& T_world_camera);
 
   /// Nearest solid along `direction` (camera frame, z = 1, so lengths are depths). `u_px`, `v_px`:
-  /// the pixel that the ray passes (between -0.5 and 0.5 px beside its centre). Equal depths go to the smaller index.
+  /// the pixel that the ray passes (between -0.5 and 0.5 px beside its centre). Equal depths go to
+  /// the smaller index.
   Hit cast(const Eigen::Vector3d& direction, int u_px, int v_px) const;
 
   /// Camera frame, metres -> unit frame of a solid.

@@ -7,8 +7,8 @@
 namespace task_scene_graph::simulation {
 namespace {
 
-constexpr double kInside_m = 1.2;        ///< from every doorway
-constexpr double kSecondArea_m2 = 16.0;  ///< rooms from this size on get a second viewpoint
+constexpr double kInside_m = 1.2;   ///< from every doorway
+constexpr double kFromEnd_m = 0.8;  ///< of the corridor
 
 double distanceToDoors(const Apartment& apartment, const Room& room, const Eigen::Vector2d& p_m) {
   double nearest_m = std::numeric_limits<double>::infinity();
@@ -34,27 +34,16 @@ bool pickBest(const std::vector<Eigen::Vector2d>& points, const Score& score,
   return !points.empty();
 }
 
-/// Near the middle with room around; the second one far from the first.
+/// Near the middle with room around: from there the camera sees furniture, not a wall.
 std::vector<Eigen::Vector2d> pickInRoom(const FloorMap& map, const Room& room,
                                         const std::vector<Eigen::Vector2d>& candidates) {
-  std::vector<Eigen::Vector2d> picked;
   const Eigen::Vector2d middle = room.interior_m.center();
   Eigen::Vector2d best;
   const auto is_central = [&](const Eigen::Vector2d& p) {
     return std::min(map.computeClearance(p), 0.7) - 0.3 * (p - middle).norm();
   };
-  if (!pickBest(candidates, is_central, best)) return picked;
-  picked.push_back(best);
-  // Not into a corner: from there the camera would see nothing but walls.
-  const auto is_far = [&](const Eigen::Vector2d& p) {
-    return std::min((p - picked.front()).norm(), 2.0) +
-           3.0 * std::min(map.computeClearance(p), 0.7);
-  };
-  if (room.interior_m.volume() >= kSecondArea_m2 && pickBest(candidates, is_far, best) &&
-      (best - picked.front()).norm() > 1.2) {
-    picked.push_back(best);
-  }
-  return picked;
+  if (!pickBest(candidates, is_central, best)) return {};
+  return {best};
 }
 
 /// Both ends of the corridor, the western one first.
@@ -62,7 +51,9 @@ std::vector<Eigen::Vector2d> pickInCorridor(const Room& corridor,
                                             const std::vector<Eigen::Vector2d>& reachable) {
   std::vector<Eigen::Vector2d> inside;
   for (const Eigen::Vector2d& p : reachable) {
-    if (corridor.interior_m.contains(p)) inside.push_back(p);
+    const bool near_end = std::min(p.x() - corridor.interior_m.min().x(),
+                                   corridor.interior_m.max().x() - p.x()) < kFromEnd_m;
+    if (corridor.interior_m.contains(p) && !near_end) inside.push_back(p);
   }
   if (inside.empty()) return {};
   std::vector<Eigen::Vector2d> ends(2);

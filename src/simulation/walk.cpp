@@ -96,12 +96,10 @@ class Walker {
     speed_m_per_s_ = 0.0;
   }
 
-  /// Turns on the spot towards the heading, the long way round.
+  /// Turns on the spot until everything around has been seen and the heading is reached.
   void lookAround(double heading_rad) {
-    double left_rad = wrapAngle(heading_rad - yaw_rad_);
-    if (left_rad < 1.1 * kPi) left_rad += 2.0 * kPi;
-    if (left_rad > 2.4 * kPi) left_rad -= 2.0 * kPi;
-    while (left_rad > 1e-3 && !isOver()) {
+    double left_rad = chooseTurn(heading_rad - yaw_rad_);
+    while (std::abs(left_rad) > 1e-3 && !isOver()) {
       const double before_rad = yaw_rad_;
       turnBy(left_rad);
       left_rad -= yaw_rad_ - before_rad;
@@ -120,6 +118,19 @@ class Walker {
   std::vector<WalkPose> takePoses() { return std::move(poses_); }
 
  private:
+  /// The smallest turn to either side that ends at the heading and is long enough: together with
+  /// the field of view it covers nearly the full circle.
+  static double chooseTurn(double difference_rad) {
+    constexpr double kEnough_rad = 1.3 * kPi;
+    const double left_rad = difference_rad - 2.0 * kPi * std::floor(difference_rad / (2.0 * kPi));
+    double best_rad = left_rad + 2.0 * kPi;
+    for (const double turn_rad : {left_rad, left_rad - 2.0 * kPi, left_rad - 4.0 * kPi}) {
+      const bool enough = std::abs(turn_rad) >= kEnough_rad;
+      if (enough && std::abs(turn_rad) < std::abs(best_rad)) best_rad = turn_rad;
+    }
+    return best_rad;
+  }
+
   bool isOver() const {
     return config_.duration_s > 0.0 && static_cast<double>(steps_) * kStep_s > config_.duration_s;
   }
@@ -136,11 +147,10 @@ class Walker {
 
   void tick() {
     const double due_s = static_cast<double>(poses_.size()) / config_.rate_hz;
-    while (static_cast<double>(steps_) * kStep_s >= due_s - 1e-9) {
+    if (static_cast<double>(steps_) * kStep_s >= due_s - 1e-9) {
       const Eigen::Vector3d position(position_m_.x(), position_m_.y(), config_.camera_height_m);
       poses_.push_back(
           {Stamp::fromSeconds(due_s), makeCameraPose(position, yaw_rad_, config_.pitch_down_rad)});
-      break;
     }
     ++steps_;
   }
@@ -178,7 +188,7 @@ std::vector<Stop> orderStops(const Apartment& apartment, const FloorMap& map, do
                                apartment.rooms[static_cast<std::size_t>(room - 1)].phrase +
                                ") is blocked, expected a way into it");
     }
-    for (std::size_t i = 0; i < points.size(); ++i) stops.push_back({points[i], i == 0});
+    stops.push_back({points.front(), true});
   }
   stops.push_back({viewpoints.front().back(), false});
   return stops;

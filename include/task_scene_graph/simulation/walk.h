@@ -21,7 +21,7 @@ struct WalkConfig {
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor& v) {
-    v.field("rate_hz", self.rate_hz, {0.1, 1000.0}, "Hz", "poses per second");
+    v.field("rate_hz", self.rate_hz, {0.1, 100.0}, "Hz", "poses per second");
     v.field("duration_s", self.duration_s, {0.0, 86400.0}, "s",
             "the walk ends after this long; 0 = when all rooms have been seen");
     v.field("max_speed_m_per_s", self.max_speed_m_per_s, {0.05, 3.0}, "m/s", "walking speed");
@@ -42,13 +42,14 @@ struct WalkPose {
 };
 
 /// Points to look around from, per room (entry i = room i + 1), reachable with the clearance from
-/// the corridor, well inside the room; no entry where a room has none.
+/// the corridor: one in each room, well inside it, and both ends of the corridor, the western
+/// first; none where there is no such point.
 std::vector<std::vector<Eigen::Vector2d>> findViewpoints(const Apartment& apartment,
                                                          const FloorMap& map, double clearance_m);
 
 /// A walk from one end of the corridor through every room to the other end: A* between the rooms'
 /// viewpoints, shortened and rounded, then followed with bounded speed, acceleration and turn rate;
-/// at each room's first viewpoint the camera turns all round. Optical frames, world z up.
+/// at each room's viewpoint the camera turns all round. Optical frames, world z up.
 /// @throws config::ConfigError; std::runtime_error if a room cannot be reached with the body
 /// radius.
 std::vector<WalkPose> planWalk(const Apartment& apartment, const WalkConfig& config);
