@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+#include <ros/serialization.h>
+#include <task_scene_graph/SceneGraphConfig.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "task_scene_graph/ros/frame_matcher.h"
+#include "task_scene_graph/ros/mesh_markers.h"
+#include "task_scene_graph/ros/scene_graph_conversions.h"
+#include "task_scene_graph/ros/scene_graph_markers.h"
+
+namespace task_scene_graph::ros_interface {
+namespace {
+
+using visualization_msgs::Marker;
+using visualization_msgs::MarkerArray;
+
+scene_graph::SceneGraph makeGraph() {
+  scene_graph::SceneGraph graph;
+  graph.stamp = {1234567890};
+  graph.object_tasks = {"read a book", "sit down"};
+  graph.place_tasks = {"kitchen"};
+  scene_graph::SceneObject object;
+  object.id = {3};
+  object.task = "sit down";
+  object.task_index = 1;
+  object.score = 0.5;
+  object.box = makeAabb({0, 0, 0}, {1, 2, 3});
+  object.position_m = {0.5, 1.0, 1.5};
+  object.primitives = {{4}, {9}};
+  object.embedding = Embedding::Unit(3, 1);
+  object.first_seen = {1};
+  object.last_seen = {2000000001};
+  object.place = {7};
+  graph.objects = {object};
+  auto places = std::make_shared<PlaceGraph>();
+  places->stamp = graph.stamp;
+  places->places = {{{7}, {0, 0, 1}, 0.5, Embedding::Unit(3, 0), 2}, {{8}, {1, 0, 1}, 0.75, {}, 0}};
+  places->edges = {{{7}, {8}, 0.25}};
+  graph.places = places;
+  scene_graph::Region region;
+  region.id = {1};
+  region.task = "kitchen";
+  region.task_index = 0;
+  region.score = 0.25;
+  region.position_m = {0, 0, 1};
+  region.places = {{7}};
+  region.embedding = Embedding::Unit(3, 0);
+  scene_graph::Region other = region;
+  other.id = {2};
+  other.task = "";
+  other.task_index = -1;
+  other.places = {{8}};
+  graph.regions = {region, other};
+  graph.region_edges = {{{1}, {2}}};
+  return graph;
+}
+
+std::string bytesOf(const msg::SceneGraph& message) {
+  const auto bytes = ::ros::serialization::serializeMessage(message);
+  return {reinterpret_cast<const char*>(bytes.buf.get()), bytes.num_bytes};
+}
+
+TEST(SceneGraphConversion, RoundTripGivesTheSameMessage) {
+  const auto message = toMessage(makeGraph(), "world", true);
+  const scene_graph::SceneGraph received = fromMessage(*message);
+  EXPECT_EQ(bytesOf(*toMessage(received, "world", true)), bytesOf(*message));
+  ASSERT_EQ(received.objects.size(), 1U);
+  EXPECT_EQ(received.objects[0].last_seen.ns, 2000000001);
+  EXPECT_EQ(received.objects[0].primitives[1].value, 9U);
+  EXPECT_TRUE(received.objects[0].box.isApprox(makeGraph().objects[0].box));
+  ASSERT_EQ(received.regions.size(), 2U);
+  EXPECT_EQ(received.regions[1].task_index, -1);
+  EXPECT_EQ(received.region_edges[0].b.value, 2U);
+  EXPECT_EQ(received.places->edges[0].clearance_m, 0.25);
+}
+
+TEST(SceneGraphConversion, EmbeddingsOnlyOnDemand) {
+  const auto with = toMessage(makeGraph(), "world", true);
+  EXPECT_EQ(with->objects[0].embedding.size(), 3U);
+  EXPECT_EQ(with->places[0].embedding.size(), 3U);
+  EXPECT_EQ(with->regions[0].embedding.size(), 3U);
+  const auto without = toMessage(makeGraph(), "world", false);
+  EXPECT_TRUE(without->objects[0].embedding.empty());
+  EXPECT_TRUE(without->places[0].embedding.empty());
+  EXPECT_TRUE(without->regions[0].embedding.empty());
+}
+
+const Marker* findMarker(const MarkerArray& array, const std::string& ns, int id) {
+  for (const auto& marker : array.markers) {
+    if (marker.ns == ns && marker.id == id) return &marker;
+  }
+  return nullptr;
+}
+
+TEST(SceneGraphMarkers, BoxStaysAndNodesAreLifted) {
+  const MarkerConfig config;
+  SceneGraphMarkers markers(config, "world");
+  const MarkerArray array = markers.update(makeGraph());
+  const Marker* box = findMarker(array, "object_boxes", 3);
+  ASSERT_NE(box, nullptr);
+  EXPECT_EQ(box->scale.y, 2.0);
+  EXPECT_EQ(box->pose.position.z, 1.5);
+  const Marker* node = findMarker(array, "object_nodes", 3);
+  ASSERT_NE(node, nullptr);
+  EXPECT_DOUBLE_EQ(node->pose.position.z, 1.5 + config.object_lift_m);
+  const Marker* label = findMarker(array, "object_labels", 3);
+  ASSERT_NE(label, nullptr);
+  EXPECT_EQ(label->text, "sit down");
+  const Marker* places = findMarker(array, "places", 0);
+  ASSERT_NE(places, nullptr);
+  ASSERT_EQ(places->points.size(), 2U);
+  EXPECT_DOUBLE_EQ(places->points[0].z, 1.0 + config.place_lift_m);
+  EXPECT_EQ(findMarker(array, "region_labels", 1)->text, "kitchen");
+  EXPECT_EQ(findMarker(array, "region_labels", 2)->text, "region 2");
+}
+
+TEST(SceneGraphMarkers, WhatIsGoneIsDeletedOnce) {
+  SceneGraphMarkers markers(MarkerConfig{}, "world");
+  markers.update(makeGraph());
+  scene_graph::SceneGraph empty;
+  empty.places = std::make_shared<PlaceGraph>();
+  const MarkerArray second = markers.update(empty);
+  const Marker* box = findMarker(second, "object_boxes", 3);
+  ASSERT_NE(box, nullptr);
+  EXPECT_EQ(box->action, Marker::DELETE);
+  EXPECT_EQ(std::count_if(second.markers.begin(), second.markers.end(),
+                          [](const Marker& marker) { return marker.action == Marker::ADD; }),
+            0);
+  EXPECT_TRUE(markers.update(empty).markers.empty());
+}
+
+TEST(SceneGraphMarkers, ColoursOfDifferentTasksDiffer) {
+  std::set<std::tuple<float, float, float>> colors;
+  for (int i = -1; i < 30; ++i) {
+    const auto color = computeColor(i, 1.0F);
+    for (const float channel : {color.r, color.g, color.b}) {
+      EXPECT_GE(channel, 0.0F);
+      EXPECT_LE(channel, 1.0F);
+    }
+    colors.emplace(color.r, color.g, color.b);
+  }
+  EXPECT_EQ(colors.size(), 31U);
+}
+
+mapping::BlockMesh makeBlock(const mapping::GridIndex& block, std::size_t num_triangles) {
+  auto mesh = std::make_shared<Mesh>();
+  mesh->vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  mesh->colors.assign(3, {255, 0, 51});
+  mesh->triangles.assign(num_triangles, {0, 1, 2});
+  return {block, mesh};
+}
+
+TEST(MeshMarkers, OnlyChunksThatChangedAreSentUnderStableIds) {
+  MeshMarkers markers("world");
+  mapping::MeshUpdate update;
+  update.changed = {makeBlock({0, 0, 0}, 1), makeBlock({3, 3, 3}, 1), makeBlock({-1, 0, 0}, 1)};
+  const auto first = markers.update(update);
+  ASSERT_EQ(first.size(), 1U);
+  ASSERT_EQ(first[0].markers.size(), 2U);  // two blocks share a chunk
+  EXPECT_EQ(first[0].markers[0].points.size() + first[0].markers[1].points.size(), 9U);
+  update.changed = {makeBlock({-2, 1, 1}, 5)};
+  const auto second = markers.update(update);
+  ASSERT_EQ(second.size(), 1U);
+  ASSERT_EQ(second[0].markers.size(), 1U);
+  EXPECT_EQ(second[0].markers[0].id, 1);
+  EXPECT_EQ(second[0].markers[0].points.size(), 18U);
+  EXPECT_FLOAT_EQ(second[0].markers[0].colors[0].b, 0.2F);
+  EXPECT_EQ(markers.all()[0].markers.size(), 2U);
+}
+
+TEST(MeshMarkers, EmptyChunkIsDeleted) {
+  MeshMarkers markers("world");
+  mapping::MeshUpdate update;
+  update.changed = {makeBlock({0, 0, 0}, 1)};
+  markers.update(update);
+  update.changed.clear();
+  update.removed = {{0, 0, 0}};
+  const auto messages = markers.update(update);
+  ASSERT_EQ(messages.size(), 1U);
+  EXPECT_EQ(messages[0].markers[0].action, Marker::DELETE);
+  EXPECT_TRUE(markers.all().empty());
+}
+
+TEST(MeshMarkers, MessagesAreOfBoundedSize) {
+  MeshMarkers markers("world");
+  mapping::MeshUpdate update;
+  for (int i = 0; i < 10; ++i) update.changed.push_back(makeBlock({4 * i, 0, 0}, 20000));
+  const auto messages = markers.update(update);
+  std::size_t num_markers = 0;
+  for (const auto& message : messages) {
+    std::size_t num_vertices = 0;
+    for (const auto& marker : message.markers) num_vertices += marker.points.size();
+    EXPECT_LE(num_vertices, MeshMarkers::kMaxVertices);
+    num_markers += message.markers.size();
+  }
+  EXPECT_EQ(num_markers, 10U);
+  EXPECT_GT(messages.size(), 3U);
+}
+
+TEST(FrameMatcher, EitherMayComeFirstAndOnlyEqualStampsMeet) {
+  FrameMatcher matcher(10);
+  const auto frame = [](double s) {
+    auto made = std::make_shared<RgbdFrame>();
+    made->stamp = Stamp::fromSeconds(s);
+    return made;
+  };
+  const auto segmentation = [](double s) {
+    auto made = std::make_shared<Segmentation>();
+    made->stamp = Stamp::fromSeconds(s);
+    return made;
+  };
+  EXPECT_FALSE(matcher.addFrame(frame(1.0)));
+  EXPECT_FALSE(matcher.addFrame(frame(2.0)));
+  EXPECT_FALSE(matcher.addSegmentation(segmentation(1.5)));
+  const auto late = matcher.addSegmentation(segmentation(2.0));
+  ASSERT_TRUE(late);
+  EXPECT_EQ(late->frame->stamp, late->segmentation->stamp);
+  EXPECT_EQ(matcher.numFrames(), 0U);  // the older frame can meet nothing any more
+  EXPECT_EQ(matcher.numUnmatchedSegmentations(), 1U);
+  EXPECT_FALSE(matcher.addSegmentation(segmentation(3.0)));
+  EXPECT_TRUE(matcher.addFrame(frame(3.0)));
+}
+
+TEST(FrameMatcher, KeepsABoundedNumberOfFrames) {
+  FrameMatcher matcher(3);
+  for (int i = 0; i < 10; ++i) {
+    auto frame = std::make_shared<RgbdFrame>();
+    frame->stamp = Stamp::fromSeconds(i);
+    matcher.addFrame(frame);
+  }
+  EXPECT_EQ(matcher.numFrames(), 3U);
+}
+
+TEST(DynamicReconfigure, DefaultsAndRangesAreThoseOfTheStruct) {
+  const scene_graph::SceneGraphConfig expected;
+  const auto& defaults = ::task_scene_graph::SceneGraphConfig::__getDefault__();
+  EXPECT_EQ(defaults.object_alpha, expected.object_alpha);
+  EXPECT_EQ(defaults.object_delta, expected.object_delta);
+  EXPECT_EQ(defaults.object_top_k, expected.object_top_k);
+  EXPECT_EQ(defaults.object_delta_bits, expected.object_delta_bits);
+  EXPECT_EQ(defaults.place_alpha, expected.place_alpha);
+  EXPECT_EQ(defaults.place_delta, expected.place_delta);
+  EXPECT_EQ(defaults.place_top_k, expected.place_top_k);
+  EXPECT_EQ(defaults.prune_null, expected.prune_null);
+  EXPECT_EQ(defaults.min_object_score, expected.min_object_score);
+  std::map<std::string, std::string> ranges;
+  for (const auto& row : config::describe<scene_graph::SceneGraphConfig>()) {
+    ranges[row.name] = row.range;
+  }
+  dynamic_reconfigure::Config lowest, highest;
+  ::task_scene_graph::SceneGraphConfig::__getMin__().__toMessage__(lowest);
+  ::task_scene_graph::SceneGraphConfig::__getMax__().__toMessage__(highest);
+  for (std::size_t i = 0; i < lowest.doubles.size(); ++i) {
+    EXPECT_EQ(ranges[lowest.doubles[i].name],
+              config::internal::formatRange({lowest.doubles[i].value, highest.doubles[i].value}))
+        << lowest.doubles[i].name;
+  }
+}
+
+}  // namespace
+}  // namespace task_scene_graph::ros_interface
