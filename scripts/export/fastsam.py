@@ -10,9 +10,10 @@ import networks
 
 # FastSAM-s and -x are YOLOv8-seg of these sizes with one class.
 CHOICES = {"fastsam-s": ("FastSAM-s.pt", "yolov8s-seg.yaml"), "fastsam-x": ("FastSAM-x.pt", "yolov8x-seg.yaml")}
+CALIBRATION_SIZE_PX = 320
 
 
-def load(choice, random_weights, images):
+def load(choice, random_weights, views):
     try:
         import ultralytics
     except ImportError:
@@ -25,7 +26,7 @@ def load(choice, random_weights, images):
     arguments = yolo.model.args
     yolo.model = SegmentationModel(architecture, nc=1, verbose=False)
     yolo.model.args, yolo.model.task = arguments, yolo.task
-    networks.calibrate_batch_norm(yolo.model, images)
+    networks.calibrate_batch_norm(yolo.model, to_tensor(views[:4], CALIBRATION_SIZE_PX))
     return yolo
 
 
@@ -64,7 +65,7 @@ def run_source(model, images, size_px):
 
 def export(yolo, views, size_px, folder, stem):
     """Writes and checks the network. Returns its file name and what was found."""
-    images = to_tensor(views[:4], size_px)
+    images = to_tensor(views[:3], size_px)
     predictions, prototypes = run_source(yolo.model.float(), images, size_px)
     path = folder / (stem + ".onnx")
     # ultralytics writes beside the weights: give it a place of its own.
