@@ -93,4 +93,24 @@ std::vector<Merge> IncrementalClustering::mergeSequence() {
   return engine_->makeMergeSequence();
 }
 
+ClusterExplanation IncrementalClustering::explainCluster(std::uint64_t id) {
+  engine_->apply();
+  return engine_->explainCluster(id);
+}
+
+PairExplanation IncrementalClustering::explainPair(NodeKey a, NodeKey b) {
+  engine_->apply();
+  return engine_->explainPair(a, b);
+}
+
+PrimitiveExplanation IncrementalClustering::explainPrimitive(NodeKey key) {
+  engine_->apply();
+  return engine_->explainPrimitive(key);
+}
+
+ClusteringStatistics IncrementalClustering::statistics() {
+  engine_->apply();
+  return engine_->computeStatistics();
+}
+
 }  // namespace task_scene_graph::bottleneck

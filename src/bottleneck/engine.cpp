@@ -2,14 +2,31 @@
 #include "engine.h"
 
 #include <algorithm>
+#include <chrono>
 #include <queue>
 #include <stdexcept>
 #include <tuple>
+#include <utility>
 
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/core/parallel.h"
 
 namespace task_scene_graph::bottleneck {
+namespace {
+
+class Stopwatch {
+ public:
+  /// Seconds since the last lap.
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    return std::chrono::duration<double>(now - std::exchange(last_, now)).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace
 
 ClusteringEngine::ClusteringEngine(const ClusteringConfig& config, Adjacency adjacency)
     : config_(config), graph_(adjacency) {
@@ -103,12 +120,19 @@ double ClusteringEngine::totalBits() const {
 }
 
 void ClusteringEngine::apply() {
+  ClusteringStatistics times;
+  Stopwatch watch;
   updateScores();
+  times.scoring_s = watch.lap();
   graph_.updateAdjacency();
+  times.adjacency_s = watch.lap();
   const std::vector<Slot> loose = dissolve(graph_.takeTouched());
   const std::vector<ComponentIndex> rerun = rebuild(findComponents(loose));
+  times.agglomeration_s = watch.lap();
   if (rerun.empty() && former_.empty() && !is_cut_stale_) return;
   nameClusters(rerun);
+  times.naming_s = watch.lap();
+  times_ = times;
   is_cut_stale_ = false;
 }
 

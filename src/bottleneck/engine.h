@@ -30,10 +30,15 @@ class ClusteringEngine {
   ClusteringUpdate takeUpdate();
   std::vector<Cluster> makeClusters();
   std::vector<Merge> makeMergeSequence() const;
+  ClusterExplanation explainCluster(std::uint64_t id) const;
+  PairExplanation explainPair(NodeKey a, NodeKey b) const;
+  PrimitiveExplanation explainPrimitive(NodeKey key) const;
+  ClusteringStatistics computeStatistics() const;
 
   const ClusteringConfig& config() const { return config_; }
   const PrimitiveGraph& graph() const { return graph_; }
   const ClusterRegistry& registry() const { return registry_; }
+  const ComponentSet& components() const { return components_; }
   double totalBits() const;
   MergeRule rule() const { return MergeRule(config_, totalBits()); }
 
@@ -66,6 +71,7 @@ class ClusteringEngine {
   std::vector<std::uint32_t> former_;  // clusters of dissolved components
   std::vector<std::uint32_t> local_;   // by slot: position in its component, while running
   std::vector<double> dense_;          // by task: scratch
+  ClusteringStatistics times_;         // its times only
   std::set<std::uint64_t> changed_;    // not yet reported
   std::set<std::uint64_t> removed_;
 };

@@ -7,6 +7,7 @@
 
 #include "task_scene_graph/bottleneck/config.h"
 #include "task_scene_graph/bottleneck/distribution.h"
+#include "task_scene_graph/bottleneck/explanation.h"
 #include "task_scene_graph/bottleneck/primitive_graph.h"
 #include "task_scene_graph/core/box.h"
 #include "task_scene_graph/core/embedding.h"
@@ -100,6 +101,15 @@ class IncrementalClustering {
   double information();
   /// The accepted merges in the order of the batch run. O(N log components).
   std::vector<Merge> mergeSequence();
+
+  /// @throws std::out_of_range if there is no such cluster. O(component).
+  ClusterExplanation explainCluster(std::uint64_t id);
+  /// @throws std::invalid_argument if a key is not there. O(component).
+  PairExplanation explainPair(NodeKey a, NodeKey b);
+  /// @throws std::invalid_argument if the key is not there.
+  PrimitiveExplanation explainPrimitive(NodeKey key);
+  /// O(N log components).
+  ClusteringStatistics statistics();
 
  private:
   std::unique_ptr<ClusteringEngine> engine_;
