@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "task_scene_graph/mapping/object_reconstructor.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "synthetic_scene.h"
+#include "task_scene_graph/config/config.h"
+
+namespace task_scene_graph::mapping {
+namespace {
+
+const CameraModel kCamera{320, 240, 262.0, 262.0, 159.5, 119.5};
+constexpr std::uint16_t kLabel = 3;
+
+struct SeenTrack {
+  Track track;
+  std::vector<SegmentedFrame> frames;
+};
+
+SeenTrack observe(const std::vector<test::Solid>& scene, const Eigen::Vector3d& center,
+                  double distance_m, int views) {
+  SeenTrack seen;
+  seen.track.id = {5};
+  seen.track.embedding = Embedding::Ones(4);
+  for (int i = 0; i < views; ++i) {
+    const double angle = 2.0 * M_PI * i / views;
+    const Eigen::Vector3d eye =
+        center + distance_m * Eigen::Vector3d(0.8 * std::cos(angle), 0.8 * std::sin(angle), 0.6);
+    auto rendering = test::render(scene, kCamera, test::lookAt(eye, center));
+    const Stamp stamp{1000 + i};
+    rendering.frame.stamp = stamp;
+    auto segmentation = std::make_shared<Segmentation>();
+    segmentation->stamp = stamp;
+    segmentation->labels = rendering.labels;
+    seen.track.observations.push_back({stamp, kLabel});
+    seen.frames.push_back({std::make_shared<RgbdFrame>(rendering.frame), segmentation});
+  }
+  seen.track.first_seen = {1000};
+  seen.track.last_seen = {1000 + views - 1};
+  return seen;
+}
+
+const Aabb kCrate = makeAabb({0.4, -0.2, 0.7}, {0.7, 0.3, 0.95});
+
+/// A crate on a table on a floor.
+std::vector<test::Solid> makeTable() {
+  return {test::makePlane({0, 0, 0}, {0, 0, 1}, {90, 90, 90}),
+          test::makeBox(makeAabb({-1, -1, 0.65}, {1.5, 1, 0.7}), {120, 80, 30}, 1),
+          test::makeBox(kCrate, {200, 40, 20}, kLabel)};
+}
+
+TEST(ObjectReconstructor, BoxAndColorsOfAnObjectOnATableAreRight) {
+  const auto seen = observe(makeTable(), kCrate.center(), 1.2, 12);
+  const auto result = ObjectReconstructor({}).reconstruct(seen.track, seen.frames, {42});
+  ASSERT_EQ(result.status, ReconstructionStatus::kReconstructed);
+  const auto& primitive = *result.primitive;
+  EXPECT_GE(computeIoU(primitive.box, kCrate), 0.85)
+      << primitive.box.min().transpose() << " / " << primitive.box.max().transpose();
+  EXPECT_EQ(primitive.id, PrimitiveId{42});
+  EXPECT_EQ(primitive.track, TrackId{5});
+  EXPECT_EQ(primitive.num_observations, 12U);
+  EXPECT_EQ(primitive.embedding, seen.track.embedding);
+  EXPECT_EQ(primitive.last_seen, seen.track.last_seen);
+  int red = 0;
+  double squares = 0.0;
+  for (std::size_t i = 0; i < primitive.mesh.vertices.size(); ++i) {
+    const auto p = primitive.mesh.vertices[i].cast<double>();
+    squares += std::pow(test::makeBox(kCrate, {}).distance_m(p), 2);
+    red += primitive.mesh.colors[i][0] > 180 ? 1 : 0;
+  }
+  const auto count = static_cast<double>(primitive.mesh.vertices.size());
+  EXPECT_LE(std::sqrt(squares / count), 0.5 * 0.03 * 0.5);  // half a voxel
+  EXPECT_GE(red, 0.9 * count);
+}
+
+TEST(ObjectReconstructor, BufferAndCollectedFramesGiveTheSameBits) {
+  const auto seen = observe(makeTable(), kCrate.center(), 1.2, 8);
+  FrameBuffer buffer({});
+  for (const auto& frame : seen.frames) buffer.add(frame.frame, frame.segmentation);
+  const ObjectReconstructor reconstructor({});
+  const auto a = reconstructor.reconstruct(seen.track, buffer, {1});
+  const auto b = reconstructor.reconstruct(seen.track, seen.frames, {1});
+  ASSERT_TRUE(a.primitive && b.primitive);
+  EXPECT_EQ(a.primitive->mesh.vertices, b.primitive->mesh.vertices);
+  EXPECT_EQ(a.primitive->mesh.triangles, b.primitive->mesh.triangles);
+  EXPECT_EQ(a.primitive->mesh.colors, b.primitive->mesh.colors);
+}
+
+TEST(ObjectReconstructor, DoesNotTouchTheFrames) {
+  const auto seen = observe(makeTable(), kCrate.center(), 1.2, 5);
+  const cv::Mat depth = seen.frames[0].frame->depth.image.clone();
+  const cv::Mat color = seen.frames[0].frame->color.image.clone();
+  ObjectReconstructor({}).reconstruct(seen.track, seen.frames, {1});
+  EXPECT_EQ(cv::norm(depth, seen.frames[0].frame->depth.image), 0.0);
+  EXPECT_EQ(cv::norm(color, seen.frames[0].frame->color.image), 0.0);
+}
+
+TEST(ObjectReconstructor, ManyObservationsAreThinnedOut) {
+  const auto seen = observe(makeTable(), kCrate.center(), 1.2, 24);
+  ObjectConfig config;
+  config.max_frames = 8;
+  auto few = seen;
+  few.track.observations.clear();
+  few.frames.clear();
+  for (const std::size_t i : {0U, 3U, 6U, 9U, 13U, 16U, 19U, 23U}) {
+    few.track.observations.push_back(seen.track.observations[i]);
+    few.frames.push_back(seen.frames[i]);
+  }
+  const auto thinned = ObjectReconstructor(config).reconstruct(seen.track, seen.frames, {1});
+  const auto chosen = ObjectReconstructor(config).reconstruct(few.track, few.frames, {1});
+  ASSERT_TRUE(thinned.primitive && chosen.primitive);
+  EXPECT_EQ(thinned.primitive->mesh.vertices, chosen.primitive->mesh.vertices);
+  EXPECT_EQ(thinned.primitive->num_observations, 24U);
+}
+
+TEST(ObjectReconstructor, TracksWithTooFewObservationsGiveNothing) {
+  const auto seen = observe(makeTable(), kCrate.center(), 1.2, 3);
+  const auto result = ObjectReconstructor({}).reconstruct(seen.track, seen.frames, {1});
+  EXPECT_EQ(result.status, ReconstructionStatus::kTooFewObservations);
+  EXPECT_EQ(result.primitive, nullptr);
+}
+
+TEST(ObjectReconstructor, TracksWhoseFramesAreGoneGiveNothing) {
+  const auto seen = observe(makeTable(), kCrate.center(), 1.2, 5);
+  const auto result = ObjectReconstructor({}).reconstruct(seen.track, FrameBuffer({}), {1});
+  EXPECT_EQ(result.status, ReconstructionStatus::kNoFrames);
+}
+
+TEST(ObjectReconstructor, ObjectsWithoutDepthGiveNothing) {
+  auto seen = observe(makeTable(), kCrate.center(), 1.2, 5);
+  ObjectConfig config;
+  config.max_range_m = 0.5;
+  EXPECT_EQ(ObjectReconstructor(config).reconstruct(seen.track, seen.frames, {1}).status,
+            ReconstructionStatus::kNoDepth);
+  for (auto& observation : seen.track.observations) observation.segment = 77;
+  EXPECT_EQ(ObjectReconstructor({}).reconstruct(seen.track, seen.frames, {1}).status,
+            ReconstructionStatus::kNoDepth);
+}
+
+TEST(ObjectReconstructor, ObjectOfOnePixelIsSmallOrNothing) {
+  const auto seen = observe(makeTable(), kCrate.center(), 1.2, 6);
+  for (const auto& frame : seen.frames) {
+    cv::Mat labels = frame.segmentation->labels;  // shares the pixels
+    labels.setTo(0);
+    labels.at<std::uint16_t>(120, 160) = kLabel;
+  }
+  EXPECT_EQ(ObjectReconstructor({}).reconstruct(seen.track, seen.frames, {1}).status,
+            ReconstructionStatus::kNoDepth);
+  ObjectConfig config;
+  config.min_pixels = 1;
+  const auto result = ObjectReconstructor(config).reconstruct(seen.track, seen.frames, {1});
+  if (result.primitive) {
+    EXPECT_LE(result.primitive->box.sizes().maxCoeff(), 0.3);
+  } else {
+    EXPECT_EQ(result.status, ReconstructionStatus::kEmptyMesh);
+  }
+}
+
+TEST(ObjectReconstructor, VolumeLimitsAreEnforced) {
+  const auto seen = observe(makeTable(), kCrate.center(), 1.2, 8);
+  ObjectConfig config;
+  config.max_volume_m3 = 0.02;
+  EXPECT_EQ(ObjectReconstructor(config).reconstruct(seen.track, seen.frames, {1}).status,
+            ReconstructionStatus::kTooLarge);
+  config = {};
+  config.min_volume_m3 = 0.5;
+  EXPECT_EQ(ObjectReconstructor(config).reconstruct(seen.track, seen.frames, {1}).status,
+            ReconstructionStatus::kTooSmall);
+}
+
+TEST(ObjectReconstructor, WrongLabelsInAMinorityOfFramesAreOutvoted) {
+  const auto seen = observe(makeTable(), kCrate.center(), 1.2, 12);
+  for (std::size_t i = 0; i < 3; ++i) {
+    cv::Mat labels = seen.frames[4 * i].segmentation->labels;
+    cv::Mat grown;  // the mask spills over the table
+    cv::dilate(labels == kLabel, grown, cv::Mat::ones(21, 21, CV_8U));
+    labels.setTo(kLabel, grown);
+  }
+  const auto result = ObjectReconstructor({}).reconstruct(seen.track, seen.frames, {1});
+  ASSERT_EQ(result.status, ReconstructionStatus::kReconstructed);
+  EXPECT_GE(computeIoU(result.primitive->box, kCrate), 0.6);
+}
+
+TEST(ObjectReconstructor, BadInputIsRejected) {
+  auto seen = observe(makeTable(), kCrate.center(), 1.2, 5);
+  const ObjectReconstructor reconstructor({});
+  auto frames = seen.frames;
+  frames.pop_back();
+  EXPECT_THROW(reconstructor.reconstruct(seen.track, frames, {1}), std::invalid_argument);
+  auto small = std::make_shared<Segmentation>();
+  small->labels = cv::Mat::zeros(12, 10, CV_16UC1);
+  seen.frames[0].segmentation = small;
+  EXPECT_THROW(reconstructor.reconstruct(seen.track, seen.frames, {1}), std::invalid_argument);
+  ObjectConfig config;
+  config.min_range_m = 6.0;
+  EXPECT_THROW(ObjectReconstructor bad(config), config::ConfigError);
+}
+
+}  // namespace
+}  // namespace task_scene_graph::mapping
