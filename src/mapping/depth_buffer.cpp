@@ -12,38 +12,45 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
+// As in DepthImage::at().
+constexpr float kLargestRaw16 = 65534.5F;
+constexpr float kLargestRaw32 = 1e6F;
+
 struct Limits {
   float metres_per_unit;
   float min_m;
   float max_m;
+  float invalid_from_m;
+  float beyond_m;
 };
 
-Limits makeLimits(const DepthImage& depth, double min_range_m, double max_range_m) {
-  Limits limits{static_cast<float>(depth.metres_per_unit), static_cast<float>(min_range_m),
-                static_cast<float>(max_range_m)};
-  // The largest 16-bit reading, 65535, means "invalid".
-  if (depth.image.depth() == CV_16U) {
-    limits.max_m = std::min(limits.max_m, 65534.5F * limits.metres_per_unit);
-  }
-  return limits;
+Limits makeLimits(const DepthImage& depth, double min_range_m, double max_range_m,
+                  double beyond_m) {
+  const auto unit_m = static_cast<float>(depth.metres_per_unit);
+  const float largest_raw = depth.image.depth() == CV_16U ? kLargestRaw16 : kLargestRaw32;
+  return {unit_m, static_cast<float>(min_range_m), static_cast<float>(max_range_m),
+          largest_raw * unit_m, static_cast<float>(beyond_m)};
+}
+
+inline float convertDepth(float raw, const Limits& limits) {
+  const float z_m = raw * limits.metres_per_unit;
+  const bool is_valid = (z_m > 0.0F) & (z_m >= limits.min_m) & (z_m < limits.invalid_from_m);
+  const float limited_m = z_m <= limits.max_m ? z_m : limits.beyond_m;
+  return is_valid ? limited_m : 0.0F;
 }
 
 }  // namespace
 
 TSG_VECTORIZE void convertDepthRow16(const std::uint16_t* raw, const Limits& limits, int count,
                                      float* depth_m) {
-  for (int i = 0; i < count; ++i) {
-    const float z_m = static_cast<float>(raw[i]) * limits.metres_per_unit;
-    depth_m[i] = (z_m > 0.0F) & (z_m >= limits.min_m) & (z_m <= limits.max_m) ? z_m : 0.0F;
-  }
+  const Limits local = limits;
+  for (int i = 0; i < count; ++i) depth_m[i] = convertDepth(static_cast<float>(raw[i]), local);
 }
 
 TSG_VECTORIZE void convertDepthRow32(const float* raw, const Limits& limits, int count,
                                      float* depth_m) {
-  for (int i = 0; i < count; ++i) {
-    const float z_m = raw[i] * limits.metres_per_unit;
-    depth_m[i] = (z_m > 0.0F) & (z_m >= limits.min_m) & (z_m <= limits.max_m) ? z_m : 0.0F;
-  }
+  const Limits local = limits;
+  for (int i = 0; i < count; ++i) depth_m[i] = convertDepth(raw[i], local);
 }
 
 TSG_VECTORIZE void updateColumnLimits(const float* depth_m, int count, float* min_m, float* max_m) {
@@ -56,7 +63,7 @@ TSG_VECTORIZE void updateColumnLimits(const float* depth_m, int count, float* mi
 }
 
 void DepthBuffer::assign(const DepthImage& depth, double min_range_m, double max_range_m,
-                         int tile_px) {
+                         int tile_px, double beyond_m) {
   width_ = depth.image.cols;
   height_ = depth.image.rows;
   tile_px_ = tile_px;
@@ -66,7 +73,7 @@ void DepthBuffer::assign(const DepthImage& depth, double min_range_m, double max
   column_max_m_.assign(static_cast<std::size_t>(width_), 0.0F);
   tile_min_m_.resize(static_cast<std::size_t>(tileColumns() * tileRows()));
   tile_max_m_.resize(tile_min_m_.size());
-  const Limits limits = makeLimits(depth, min_range_m, max_range_m);
+  const Limits limits = makeLimits(depth, min_range_m, max_range_m, beyond_m);
   for (int v = 0; v < height_; ++v) {
     float* row = depth_m_.data() + index(width_, 0, v);
     if (depth.image.depth() == CV_16U) {

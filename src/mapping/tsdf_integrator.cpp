@@ -52,6 +52,7 @@ UpdateRule makeUpdateRule(const IntegratorConfig& config, const CameraModel& cam
   rule.constant_weight = is_constant ? 1.0F : 0.0F;
   rule.weight_at_1m = is_constant ? 0.0F : static_cast<float>(voxel_area_px);
   rule.max_weight = static_cast<float>(config.max_weight);
+  rule.max_range_m = static_cast<float>(config.max_range_m);
   return rule;
 }
 
@@ -82,7 +83,10 @@ IntegrationResult TsdfIntegrator::integrate(const RgbdFrame& frame, TsdfVolume& 
   const double block_size_m = config_.voxel_size_m * kBlockSide;
   const int tile_px =
       BlockSelector::computeTileSide(frame.camera, block_size_m, config_.max_range_m);
-  depth_.assign(frame.depth, config_.min_range_m, config_.max_range_m, tile_px);
+  // Far enough for every voxel in range to be free.
+  const double beyond_m =
+      config_.carve_free_space ? config_.max_range_m + 2.0 * config_.truncation_m : 0.0;
+  depth_.assign(frame.depth, config_.min_range_m, config_.max_range_m, tile_px, beyond_m);
   if (!depth_.hasValidDepth()) {
     result.status = IntegrationStatus::kNoValidDepth;
     return result;

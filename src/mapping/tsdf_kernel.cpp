@@ -120,6 +120,7 @@ TSG_VECTORIZE void updateDistances(const UpdateRule& rule, const SliceView& slic
   const float drop_off_slope = 1.0F / (truncation - rule.drop_off_start_m);
   const float constant = rule.constant_weight;
   const float scale = rule.weight_at_1m;
+  const float max_range = rule.max_range_m;
   const float max_weight = rule.max_weight;
   for (std::size_t i = 0; i < kSliceVoxels; ++i) {
     const float depth = slice.depth_m[i];
@@ -128,7 +129,9 @@ TSG_VECTORIZE void updateDistances(const UpdateRule& rule, const SliceView& slic
     const float clamped = distance < truncation ? distance : truncation;
     const float drop_off = (distance + truncation) * drop_off_slope;
     const float base = constant + scale / (z * z * z * z);
-    const bool valid = (depth > 0.0F) & (distance > -truncation);
+    // A reading beyond the range tells only of the space within it.
+    const bool in_range = (depth <= max_range) | (z <= max_range);
+    const bool valid = (depth > 0.0F) & (distance > -truncation) & in_range;
     const float reading_weight = valid ? base * (drop_off < 1.0F ? drop_off : 1.0F) : 0.0F;
 
     const float old_distance = voxels[i].distance_m;

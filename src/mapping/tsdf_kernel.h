@@ -19,6 +19,7 @@ struct UpdateRule {
   float constant_weight = 0.0F;  ///< weight of a reading: this ...
   float weight_at_1m = 1.0F;     ///< ... plus this over the voxel's depth^4
   float max_weight = 1e5F;
+  float max_range_m = 1e9F;  ///< readings beyond it update only voxels within it
 };
 
 /// What of a frame the kernel needs, in single precision.

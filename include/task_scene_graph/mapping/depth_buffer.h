@@ -19,8 +19,10 @@ struct DepthLimits {
 /// largest valid depth.
 class DepthBuffer {
  public:
-  /// Reads the image. `tile_px` is the side of a tile, at least 1. Keeps its memory between frames.
-  void assign(const DepthImage& depth, double min_range_m, double max_range_m, int tile_px);
+  /// Reads the image. `tile_px` is the side of a tile, at least 1. Valid readings beyond
+  /// `max_range_m` become `beyond_m`; 0 makes them invalid. Keeps its memory between frames.
+  void assign(const DepthImage& depth, double min_range_m, double max_range_m, int tile_px,
+              double beyond_m = 0.0);
 
   int width() const { return width_; }
   int height() const { return height_; }

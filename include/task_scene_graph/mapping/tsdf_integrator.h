@@ -45,7 +45,8 @@ struct IntegratorConfig {
     v.field("max_range_m", self.max_range_m, {0.1, 100.0}, "m",
             "farther depth readings are ignored");
     v.field("carve_free_space", self.carve_free_space, {}, "",
-            "also update voxels between the camera and the truncation band");
+            "also update voxels between the camera and the truncation band, up to max_range_m "
+            "where the reading lies beyond");
     v.field("with_color", self.with_color, {}, "", "blend colours into voxels near the surface");
     v.choice("weighting", self.weighting,
              {{"pixel_area", Weighting::kPixelArea}, {"constant", Weighting::kConstant}},

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 
 #include "synthetic_scene.h"
 #include "task_scene_graph/config/config.h"
@@ -173,8 +174,10 @@ TEST(ObjectReconstructor, VolumeLimitsAreEnforced) {
 TEST(ObjectReconstructor, WrongLabelsInAMinorityOfFramesAreOutvoted) {
   const auto seen = observe(makeTable(), kCrate.center(), 1.2, 12);
   for (std::size_t i = 0; i < 3; ++i) {
-    cv::Mat labels = seen.frames[4 * i].segmentation->labels;  // the mask spills over the table
-    labels.setTo(kLabel, labels == 1);
+    cv::Mat labels = seen.frames[4 * i].segmentation->labels;
+    cv::Mat grown;  // the mask spills over the table
+    cv::dilate(labels == kLabel, grown, cv::Mat::ones(21, 21, CV_8U));
+    labels.setTo(kLabel, grown);
   }
   const auto result = ObjectReconstructor({}).reconstruct(seen.track, seen.frames, {1});
   ASSERT_EQ(result.status, ReconstructionStatus::kReconstructed);

@@ -303,6 +303,27 @@ TEST(TsdfIntegrator, CarvingFreesWhatTheCameraLooksThrough) {
   }
 }
 
+TEST(TsdfIntegrator, ReadingsBeyondTheRangeFreeTheSpaceWithinIt) {
+  const std::vector<test::Solid> wall{test::makePlane({6, 0, 0}, {-1, 0, 0}, {9, 9, 9})};
+  const auto frame = test::render(wall, kCamera, test::lookAt({0, 0, 1}, {3, 0, 1})).frame;
+  IntegratorConfig config;
+  config.max_range_m = 4.0;
+  config.carve_free_space = true;
+  TsdfVolume volume(config.voxel_size_m);
+  TsdfIntegrator(config).integrate(frame, volume);
+  const auto weightAt = [&](double x_m) {
+    const TsdfVoxel* voxel = volume.findVoxel(volume.computeVoxelIndex({x_m, 0.1, 1.1}));
+    return voxel == nullptr ? 0.0F : voxel->weight;
+  };
+  EXPECT_GT(weightAt(3.92), 0.0F);
+  EXPECT_EQ(weightAt(4.08), 0.0F);
+  for (const auto& [index, block] : volume.blocks()) {
+    for (const auto& voxel : block->voxels) {
+      EXPECT_FLOAT_EQ(voxel.distance_m, voxel.weight > 0.0F ? 0.2F : 0.0F);
+    }
+  }
+}
+
 TEST(TsdfIntegrator, BlocksSeenAsFreeBeforeDoNotCountAsChanged) {
   IntegratorConfig config;
   config.carve_free_space = true;
