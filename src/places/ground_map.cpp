@@ -50,6 +50,32 @@ NodeGrid makeNodeGrid(Nodes nodes) {
   return grid;
 }
 
+/// True if a column beside the node has ground below and none that a step would reach.
+bool isCliffEdge(const NodeGrid& grid, const GroundNode& node, double max_step_m) {
+  for (int i = 0; i < 9; ++i) {
+    const GridIndex column(node.x + i % 3 - 1, node.y + i / 3 - 1, 0);
+    if (!grid.extent.contains(column)) continue;
+    const std::size_t linear = grid.extent.toLinear(column);
+    bool has_lower = false;
+    bool has_level = false;
+    for (std::size_t n = grid.begin[linear]; n < grid.begin[linear + 1]; ++n) {
+      const double rise_m = static_cast<double>(grid.nodes[n].height_m - node.height_m);
+      has_level = has_level || std::abs(rise_m) <= max_step_m;
+      has_lower = has_lower || rise_m < -max_step_m;
+    }
+    if (has_lower && !has_level) return true;
+  }
+  return false;
+}
+
+/// Noise at the edge of a cabinet can look like a ramp to its top; without the edge it does not.
+Nodes removeCliffEdges(Nodes nodes, double max_step_m) {
+  const NodeGrid grid = makeNodeGrid(nodes);
+  const auto is_edge = [&](const GroundNode& node) { return isCliffEdge(grid, node, max_step_m); };
+  nodes.erase(std::remove_if(nodes.begin(), nodes.end(), is_edge), nodes.end());
+  return nodes;
+}
+
 /// How far and how high from one column to another.
 struct Step {
   int columns = 1;
@@ -158,6 +184,7 @@ std::vector<Floor> GroundMap::computeFloors(double voxel_size_m) const {
       }
     }
   }
+  if (!nodes.empty()) nodes = removeCliffEdges(std::move(nodes), config_.max_step_m);
   if (nodes.empty()) return {};
   const NodeGrid grid = makeNodeGrid(std::move(nodes));
   const double min_nodes = config_.min_floor_area_m2 / (voxel_size_m * voxel_size_m);
