@@ -82,19 +82,22 @@ struct Step {
   double max_height_m = 0.0;
 };
 
-/// Calls `visit(node)` for every node that a step along x or y can reach.
+/// Calls `visit(node)` for the nodes that a step along x or y can reach: those of the nearest
+/// column in each direction that has any.
 template <typename Visit>
 void forEachStep(const NodeGrid& grid, const GroundNode& from, const Step& step, Visit visit) {
-  for (int i = 0; i < 4 * step.columns; ++i) {
-    const int length = (i / 4 + 1) * (i % 2 == 0 ? 1 : -1);
-    const bool is_along_x = i % 4 < 2;
-    const GridIndex column(from.x + (is_along_x ? length : 0), from.y + (is_along_x ? 0 : length),
-                           0);
-    if (!grid.extent.contains(column)) continue;
-    const std::size_t linear = grid.extent.toLinear(column);
-    for (std::size_t n = grid.begin[linear]; n < grid.begin[linear + 1]; ++n) {
-      const double height_m = std::abs(static_cast<double>(grid.nodes[n].height_m - from.height_m));
-      if (height_m <= step.max_height_m) visit(n);
+  for (const auto& [dx, dy] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
+    bool has_found = false;
+    for (int length = 1; length <= step.columns && !has_found; ++length) {
+      const GridIndex column(from.x + length * dx, from.y + length * dy, 0);
+      if (!grid.extent.contains(column)) break;
+      const std::size_t linear = grid.extent.toLinear(column);
+      for (std::size_t n = grid.begin[linear]; n < grid.begin[linear + 1]; ++n) {
+        const double rise_m = static_cast<double>(grid.nodes[n].height_m - from.height_m);
+        if (std::abs(rise_m) > step.max_height_m) continue;
+        has_found = true;
+        visit(n);
+      }
     }
   }
 }
