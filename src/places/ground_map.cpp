@@ -34,19 +34,21 @@ GridExtent computeExtent(const Nodes& nodes) {
   return {min, max - min + GridIndex::Ones()};
 }
 
-NodeGrid makeNodeGrid(Nodes nodes) {
+/// Counting sort by column; nodes of a column keep their order.
+NodeGrid makeNodeGrid(const Nodes& nodes) {
   NodeGrid grid;
   grid.extent = computeExtent(nodes);
-  const auto column_of = [&](const GroundNode& node) {
-    return grid.extent.toLinear({node.x, node.y, 0});
-  };
-  std::stable_sort(nodes.begin(), nodes.end(), [&](const GroundNode& a, const GroundNode& b) {
-    return column_of(a) < column_of(b);
-  });
   grid.begin.assign(grid.extent.numCells() + 1, 0);
-  for (const GroundNode& node : nodes) ++grid.begin[column_of(node) + 1];
+  std::vector<std::size_t> columns;
+  columns.reserve(nodes.size());
+  for (const GroundNode& node : nodes) {
+    columns.push_back(grid.extent.toLinear({node.x, node.y, 0}));
+    ++grid.begin[columns.back() + 1];
+  }
   for (std::size_t i = 1; i < grid.begin.size(); ++i) grid.begin[i] += grid.begin[i - 1];
-  grid.nodes = std::move(nodes);
+  std::vector<std::size_t> next(grid.begin.begin(), grid.begin.end() - 1);
+  grid.nodes.resize(nodes.size());
+  for (std::size_t i = 0; i < nodes.size(); ++i) grid.nodes[next[columns[i]]++] = nodes[i];
   return grid;
 }
 
@@ -189,7 +191,7 @@ std::vector<Floor> GroundMap::computeFloors(double voxel_size_m) const {
   }
   if (!nodes.empty()) nodes = removeCliffEdges(std::move(nodes), config_.max_step_m);
   if (nodes.empty()) return {};
-  const NodeGrid grid = makeNodeGrid(std::move(nodes));
+  const NodeGrid grid = makeNodeGrid(nodes);
   const double min_nodes = config_.min_floor_area_m2 / (voxel_size_m * voxel_size_m);
   const auto gap = static_cast<int>(std::floor(2.0 * config_.max_floor_gap_m / voxel_size_m));
   std::vector<char> is_taken(grid.nodes.size(), 0);
