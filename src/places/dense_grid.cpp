@@ -68,8 +68,9 @@ void transformAxis(const GridExtent& extent, int axis, NearestField& field) {
   GridIndex step = GridIndex::Zero();
   step[axis] = 1;
   const std::size_t stride = extent.toLinear(extent.min + step);
-  for (std::size_t cell = 0; cell < extent.numCells(); ++cell) {
-    if (extent.toIndex(cell)[axis] == extent.min[axis]) line.run(field, cell, stride, size);
+  const std::size_t period = stride * static_cast<std::size_t>(size);
+  for (std::size_t first = 0; first < extent.numCells(); first += period) {
+    for (std::size_t i = 0; i < stride; ++i) line.run(field, first + i, stride, size);
   }
 }
 

@@ -54,13 +54,16 @@ std::vector<SparsePlace> findFillPlaces(const FreeSpace& space,
                                         const PlacesConfig& config) {
   const double spacing_m = std::min(config.fill_distance_m, config.cell_size_m);
   PlaceIndex index(config.cell_size_m);
-  for (const SparsePlace& place : places) index.add(place.position_m);
+  std::vector<char> is_place(space.is_free.size(), 0);
+  for (const SparsePlace& place : places) is_place[place.cell] = 1;
+  const NearestField nearest =
+      computeNearestField(space.extent, is_place, spacing_m / space.voxel_size_m);
   std::map<CoarseIndex, std::tuple<double, std::size_t>> best;  // distance to the middle, cell
   for (std::size_t cell = 0; cell < space.is_free.size(); ++cell) {
     const auto clearance_m = static_cast<double>(space.clearance_m[cell]);
     if (space.is_free[cell] == 0 || clearance_m < config.min_clearance_m) continue;
+    if (nearest.source[cell] != NearestField::kNone) continue;
     const Eigen::Vector3d p = space.computePosition(cell);
-    if (index.hasWithin(p, spacing_m)) continue;
     const CoarseIndex coarse = index.computeCoarse(p);
     const double offset_m = (p.head<2>() - index.computeCenter(coarse)).norm();
     const auto [entry, is_new] = best.try_emplace(coarse, offset_m, cell);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace task_scene_graph::places {
 namespace {
@@ -84,33 +85,39 @@ bool isFreeBetween(const VoxelMap::Column& column, double voxel_size_m, double m
   return true;
 }
 
+/// Cells of a block column that are neither free nor out of reach of the floor.
+std::vector<std::pair<std::size_t, std::size_t>> findOpenCells(const VoxelMap::ColumnIndex& index,
+                                                               const FreeSpace& space,
+                                                               const Ground& ground) {
+  std::vector<std::pair<std::size_t, std::size_t>> cells;  // place in the block column, cell
+  for (int i = 0; i < 64; ++i) {
+    const GridIndex at(index.first * 8 + i % 8, index.second * 8 + i / 8, space.extent.min.z());
+    if (!space.extent.contains(at)) continue;
+    const std::size_t cell = space.extent.toLinear(at);
+    if (isUnknown(ground.height_m[cell]) || space.is_free[cell] != 0) continue;
+    cells.emplace_back(static_cast<std::size_t>(i), cell);
+  }
+  return cells;
+}
+
 /// Marks the columns with something solid where a body would be as obstacles, and those whose
 /// floor was not seen but is next to floor that was as free.
 void markColumns(const VoxelMap& voxels, const Ground& ground, const PlacesConfig& config,
                  FreeSpace& space, Obstacles& obstacles) {
   for (const auto& [index, blocks] : voxels.columns()) {
-    const GridIndex first(index.first * 8, index.second * 8, 0);
-    if (!space.extent.contains(first) && !space.extent.contains(first + GridIndex(7, 7, 0)) &&
-        !space.extent.contains(first + GridIndex(7, 0, 0)) &&
-        !space.extent.contains(first + GridIndex(0, 7, 0))) {
-      continue;
-    }
+    const auto cells = findOpenCells(index, space, ground);
+    if (cells.empty()) continue;
     const auto columns = voxels.readColumns(index);
-    for (int i = 0; i < 64; ++i) {
-      const GridIndex cell_index = first + GridIndex(i % 8, i / 8, 0);
-      if (!space.extent.contains(cell_index)) continue;
-      const std::size_t cell = space.extent.toLinear(cell_index);
-      if (isUnknown(ground.height_m[cell]) || space.is_free[cell] != 0) continue;
-      const double height_m = static_cast<double>(ground.height_m[cell]);
-      const VoxelMap::Column& column = columns[static_cast<std::size_t>(i)];
-      const float distance_m = findSolid(column, space.voxel_size_m, height_m + config.max_step_m,
-                                         height_m + config.body_height_m);
+    for (const auto& [i, cell] : cells) {
+      const double floor_m = static_cast<double>(ground.height_m[cell]);
+      const double top_m = floor_m + config.body_height_m;
+      const float distance_m =
+          findSolid(columns[i], space.voxel_size_m, floor_m + config.max_step_m, top_m);
       if (!isUnknown(distance_m)) {
         obstacles.set(cell, distance_m, space.voxel_size_m);
       } else if (ground.distance_m[cell] <= config.max_floor_gap_m) {
-        const double middle_m = height_m + config.body_height_m / 2.0;
-        space.is_free[cell] =
-            isFreeBetween(column, space.voxel_size_m, middle_m, height_m + config.body_height_m);
+        const double middle_m = floor_m + config.body_height_m / 2.0;
+        space.is_free[cell] = isFreeBetween(columns[i], space.voxel_size_m, middle_m, top_m);
       }
     }
   }

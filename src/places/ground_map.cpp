@@ -34,20 +34,48 @@ GridExtent computeExtent(const Nodes& nodes) {
   return {min, max - min + GridIndex::Ones()};
 }
 
-NodeGrid makeNodeGrid(Nodes nodes) {
+/// Counting sort by column; nodes of a column keep their order.
+NodeGrid makeNodeGrid(const Nodes& nodes) {
   NodeGrid grid;
   grid.extent = computeExtent(nodes);
-  const auto column_of = [&](const GroundNode& node) {
-    return grid.extent.toLinear({node.x, node.y, 0});
-  };
-  std::stable_sort(nodes.begin(), nodes.end(), [&](const GroundNode& a, const GroundNode& b) {
-    return column_of(a) < column_of(b);
-  });
   grid.begin.assign(grid.extent.numCells() + 1, 0);
-  for (const GroundNode& node : nodes) ++grid.begin[column_of(node) + 1];
+  std::vector<std::size_t> columns;
+  columns.reserve(nodes.size());
+  for (const GroundNode& node : nodes) {
+    columns.push_back(grid.extent.toLinear({node.x, node.y, 0}));
+    ++grid.begin[columns.back() + 1];
+  }
   for (std::size_t i = 1; i < grid.begin.size(); ++i) grid.begin[i] += grid.begin[i - 1];
-  grid.nodes = std::move(nodes);
+  std::vector<std::size_t> next(grid.begin.begin(), grid.begin.end() - 1);
+  grid.nodes.resize(nodes.size());
+  for (std::size_t i = 0; i < nodes.size(); ++i) grid.nodes[next[columns[i]]++] = nodes[i];
   return grid;
+}
+
+/// True if a column beside the node has ground below and none that a step would reach.
+bool isCliffEdge(const NodeGrid& grid, const GroundNode& node, double max_step_m) {
+  for (int i = 0; i < 9; ++i) {
+    const GridIndex column(node.x + i % 3 - 1, node.y + i / 3 - 1, 0);
+    if (!grid.extent.contains(column)) continue;
+    const std::size_t linear = grid.extent.toLinear(column);
+    bool has_lower = false;
+    bool has_level = false;
+    for (std::size_t n = grid.begin[linear]; n < grid.begin[linear + 1]; ++n) {
+      const double rise_m = static_cast<double>(grid.nodes[n].height_m - node.height_m);
+      has_level = has_level || std::abs(rise_m) <= max_step_m;
+      has_lower = has_lower || rise_m < -max_step_m;
+    }
+    if (has_lower && !has_level) return true;
+  }
+  return false;
+}
+
+/// Noise at the edge of a cabinet can look like a ramp to its top; without the edge it does not.
+Nodes removeCliffEdges(Nodes nodes, double max_step_m) {
+  const NodeGrid grid = makeNodeGrid(nodes);
+  const auto is_edge = [&](const GroundNode& node) { return isCliffEdge(grid, node, max_step_m); };
+  nodes.erase(std::remove_if(nodes.begin(), nodes.end(), is_edge), nodes.end());
+  return nodes;
 }
 
 /// How far and how high from one column to another.
@@ -56,19 +84,22 @@ struct Step {
   double max_height_m = 0.0;
 };
 
-/// Calls `visit(node)` for every node that a step along x or y can reach.
+/// Calls `visit(node)` for the nodes that a step along x or y can reach: those of the nearest
+/// column in each direction that has any.
 template <typename Visit>
 void forEachStep(const NodeGrid& grid, const GroundNode& from, const Step& step, Visit visit) {
-  for (int i = 0; i < 4 * step.columns; ++i) {
-    const int length = (i / 4 + 1) * (i % 2 == 0 ? 1 : -1);
-    const bool is_along_x = i % 4 < 2;
-    const GridIndex column(from.x + (is_along_x ? length : 0), from.y + (is_along_x ? 0 : length),
-                           0);
-    if (!grid.extent.contains(column)) continue;
-    const std::size_t linear = grid.extent.toLinear(column);
-    for (std::size_t n = grid.begin[linear]; n < grid.begin[linear + 1]; ++n) {
-      const double height_m = std::abs(static_cast<double>(grid.nodes[n].height_m - from.height_m));
-      if (height_m <= step.max_height_m) visit(n);
+  for (const auto& [dx, dy] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
+    bool has_found = false;
+    for (int length = 1; length <= step.columns && !has_found; ++length) {
+      const GridIndex column(from.x + length * dx, from.y + length * dy, 0);
+      if (!grid.extent.contains(column)) break;
+      const std::size_t linear = grid.extent.toLinear(column);
+      for (std::size_t n = grid.begin[linear]; n < grid.begin[linear + 1]; ++n) {
+        const double rise_m = static_cast<double>(grid.nodes[n].height_m - from.height_m);
+        if (std::abs(rise_m) > step.max_height_m) continue;
+        has_found = true;
+        visit(n);
+      }
     }
   }
 }
@@ -158,8 +189,9 @@ std::vector<Floor> GroundMap::computeFloors(double voxel_size_m) const {
       }
     }
   }
+  if (!nodes.empty()) nodes = removeCliffEdges(std::move(nodes), config_.max_step_m);
   if (nodes.empty()) return {};
-  const NodeGrid grid = makeNodeGrid(std::move(nodes));
+  const NodeGrid grid = makeNodeGrid(nodes);
   const double min_nodes = config_.min_floor_area_m2 / (voxel_size_m * voxel_size_m);
   const auto gap = static_cast<int>(std::floor(2.0 * config_.max_floor_gap_m / voxel_size_m));
   std::vector<char> is_taken(grid.nodes.size(), 0);

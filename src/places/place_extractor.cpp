@@ -90,23 +90,21 @@ void PlaceExtractor::replacePlaces(const SparseGraph& sparse) {
   for (PlaceState& state : places_) old[state.place.id] = &state;
   std::vector<PlaceState> places(sparse.places.size());
   for (std::size_t i = 0; i < places.size(); ++i) {
-    Place& place = places[i].place;
-    place.id = ids[i];
-    place.position_m = sparse.places[i].position_m;
-    place.clearance_m = sparse.places[i].clearance_m;
+    const SparsePlace& found = sparse.places[i];
+    places[i].place = {ids[i], found.position_m, found.clearance_m, {}, 0};
     const auto same = old.find(ids[i]);
-    const bool has_stayed = same != old.end() && same->second->place.position_m == place.position_m;
+    const bool has_stayed = same != old.end() && same->second->place.position_m == found.position_m;
     places[i].views =
-        has_stayed ? std::move(same->second->views) : views_.collect(place.position_m);
+        has_stayed ? std::move(same->second->views) : views_.collect(found.position_m);
   }
+  std::sort(places.begin(), places.end(),
+            [](const PlaceState& a, const PlaceState& b) { return a.place.id < b.place.id; });
+  places_ = std::move(places);
   edges_.clear();
   for (const SparseEdge& edge : sparse.edges) {
     edges_.push_back(makeEdge(ids[edge.a], ids[edge.b], edge.clearance_m));
   }
   std::sort(edges_.begin(), edges_.end(), isBefore);
-  places_ = std::move(places);
-  std::sort(places_.begin(), places_.end(),
-            [](const PlaceState& a, const PlaceState& b) { return a.place.id < b.place.id; });
 }
 
 void PlaceExtractor::addView(const RgbdFrame& frame, const Embedding& image_embedding) {

@@ -20,7 +20,7 @@ struct Floor {
 /// Finds observed ground with `body_height_m` of observed free space above it, and joins it to
 /// floors over steps of at most `max_step_m`. Patches across a gap of up to twice
 /// `max_floor_gap_m` are the same floor, but only floors of `min_floor_area_m2` without any gap
-/// count, with the patches around them.
+/// count, with the patches around them. Columns at the upper edge of a drop are no floor.
 class GroundMap {
  public:
   explicit GroundMap(const PlacesConfig& config) : config_(config) {}

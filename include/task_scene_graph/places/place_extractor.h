@@ -35,7 +35,8 @@ struct PlaceCounters {
 /// ceiling, places hover at the height of the ceiling's middle over tables and sofas, and a camera
 /// that sees no ceiling leaves the middle of a room empty. By default clearance is measured
 /// horizontally, over observed floor, to whatever stands in the way of a body (FreeSpaceKind);
-/// `volume` is Hydra's way.
+/// `volume` is Hydra's way. Open space that the diagram leaves empty (beside unseen space there is
+/// only one obstacle to be near to) gets places as well (fill_distance_m).
 /// deviation: upstream keeps places of an active window and freezes the others; here the whole
 /// graph is kept up to date, from an own copy of the observed voxels (2 kB per 8^3 block).
 /// deviation: upstream has no occlusion test; here a view counts only if the place is not behind

@@ -92,6 +92,45 @@ TEST(Floors, StairsJoinTwoLevelsAndAPlatformStaysApart) {
   EXPECT_EQ(Seen(cliff, view).floors().size(), 2U);
 }
 
+TEST(Floors, ARampOfNoiseDoesNotLeadOntoACabinet) {
+  BoxWorld world;
+  world.addRoom(0, 0, 5, 5).add({0, 3, 0}, {5, 5, 0.5});
+  // One column wide, as interpolation at an edge leaves them.
+  world.add({2.0, 2.8, 0}, {2.1, 2.9, 0.17}).add({2.0, 2.9, 0}, {2.1, 3.0, 0.34});
+  const auto floors = Seen(world, kView).floors();
+  ASSERT_EQ(floors.size(), 2U);
+  for (const Floor& floor : floors) {
+    float min_m = 10.0F;
+    float max_m = -10.0F;
+    for (const float height_m : floor.height_m) {
+      if (isUnknown(height_m)) continue;
+      min_m = std::min(min_m, height_m);
+      max_m = std::max(max_m, height_m);
+    }
+    EXPECT_LT(max_m - min_m, 0.25F);
+  }
+}
+
+TEST(Floors, UnseenStripIsBridgedOnlyWhileItIsNarrow) {
+  BoxWorld world;
+  world.addRoom(0, 0, 8, 4);
+  for (const double width_m : {0.8, 1.6}) {
+    mapping::TsdfVolume volume(kVoxel_m);
+    const auto blocks = test::observe(world, kView, volume, [&](const Eigen::Vector3d& p) {
+      return p.z() > 0.3 || std::abs(p.x() - 4.0) > width_m / 2.0;
+    });
+    PlacesConfig config;
+    VoxelMap voxels;
+    GroundMap ground(config);
+    ground.updateColumns(voxels, voxels.copyBlocks(volume, blocks));
+    const auto floors = ground.computeFloors(kVoxel_m);
+    EXPECT_EQ(floors.size(), width_m < 1.0 ? 1U : 2U);
+    const FreeSpace space = makeWalkableSpace(voxels, floors[0], config);
+    const std::size_t middle = space.extent.toLinear({40, 20, 0});
+    EXPECT_EQ(space.is_free[middle] != 0, width_m < 1.0);
+  }
+}
+
 TEST(WalkableSpace, ClearanceIsTheDistanceToWhatStandsThere) {
   std::mt19937 random(4);
   std::uniform_real_distribution<double> shift_m(0.0, 0.1);
@@ -124,21 +163,6 @@ TEST(WalkableSpace, LowThingsAndLintelsAreNoObstacles) {
   const std::size_t middle = space.extent.toLinear({25, 25, 0});
   EXPECT_TRUE(space.is_free[middle]);
   EXPECT_NEAR(space.clearance_m[middle], 2.5, 0.1);
-}
-
-TEST(WalkableSpace, UnseenFloorIsNotFree) {
-  BoxWorld world;
-  world.addRoom(0, 0, 5, 5);
-  mapping::TsdfVolume volume(kVoxel_m);
-  const auto blocks = test::observe(world, kView, volume, [](const Eigen::Vector3d& p) {
-    return p.x() < 2.0 || p.z() > 0.3;  // beyond x = 2 only the air is seen, not the floor
-  });
-  VoxelMap voxels;
-  GroundMap ground{PlacesConfig{}};
-  ground.updateColumns(voxels, voxels.copyBlocks(volume, blocks));
-  const auto floors = ground.computeFloors(kVoxel_m);
-  ASSERT_EQ(floors.size(), 1U);
-  EXPECT_LE(floors[0].extent.min.x() + floors[0].extent.size.x(), 20);
 }
 
 TEST(VolumeSpace, ClearanceIsTheThreeDimensionalDistance) {

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Place graph of a building of rooms of 5 x 5 m joined by doors: a full update, an update after the
+// blocks of one room changed, taking in a view; beside the exact distance transform exhaustive
+// search on the same grid.
+#include <benchmark/benchmark.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "task_scene_graph/places/place_extractor.h"
+
+namespace task_scene_graph::places {
+namespace {
+
+using mapping::GridIndex;
+
+/// Signed distance of a wall lattice (period 5 m, 0.2 m thick, doors of 0.9 m in the middle).
+double computeWallDistance(double along_m, double across_m) {
+  const double to_wall_m = std::abs(across_m - 5.0 * std::round(across_m / 5.0)) - 0.1;
+  const double to_door_m = std::abs(along_m - 5.0 * std::floor(along_m / 5.0) - 2.5) - 0.45;
+  return to_door_m < 0.0 ? std::hypot(std::max(0.0, to_wall_m), to_door_m) : to_wall_m;
+}
+
+/// `rooms` x `rooms` rooms, all of it observed up to 2.4 m.
+mapping::TsdfVolume makeBuilding(int rooms) {
+  mapping::TsdfVolume volume(0.1);
+  const int cells = 50 * rooms;
+  for (int z = -2; z < 24; ++z) {
+    for (int y = 0; y < cells; ++y) {
+      for (int x = 0; x < cells; ++x) {
+        const Eigen::Vector3d p = volume.computeVoxelCenter({x, y, z});
+        const double distance_m =
+            std::min({p.z(), computeWallDistance(p.x(), p.y()), computeWallDistance(p.y(), p.x())});
+        auto& block = volume.allocateBlock(mapping::TsdfVolume::computeBlockIndex({x, y, z}));
+        auto& voxel = block.voxels[static_cast<std::size_t>(mapping::TsdfBlock::computeLinearIndex(
+            mapping::TsdfVolume::computeLocalIndex({x, y, z})))];
+        if (distance_m < -0.3) continue;
+        voxel.distance_m = static_cast<float>(std::min(distance_m, 0.3));
+        voxel.weight = 1.0F;
+      }
+    }
+  }
+  return volume;
+}
+
+std::vector<GridIndex> findRoomBlocks(const mapping::TsdfVolume& volume) {
+  std::vector<GridIndex> blocks;
+  for (const GridIndex& block : volume.sortedBlockIndices()) {
+    if (block.x() < 6 && block.y() < 6) blocks.push_back(block);
+  }
+  return blocks;
+}
+
+void updateOneRoom(benchmark::State& state) {
+  const auto volume = makeBuilding(static_cast<int>(state.range(0)));
+  const auto blocks = findRoomBlocks(volume);
+  PlacesConfig config;
+  if (state.range(1) == 1) config.free_space = FreeSpaceKind::kVolume;
+  PlaceExtractor extractor(config);
+  extractor.update(volume, volume.sortedBlockIndices(), Stamp{1});
+  for (auto _ : state) extractor.update(volume, blocks, Stamp{2});
+  state.counters["places"] = static_cast<double>(extractor.graph().places.size());
+  state.counters["blocks"] = static_cast<double>(volume.blocks().size());
+}
+BENCHMARK(updateOneRoom)
+    ->ArgNames({"rooms_per_side", "volume"})
+    ->Args({1, 0})
+    ->Args({4, 0})
+    ->Args({10, 0})
+    ->Args({1, 1})
+    ->Args({4, 1})
+    ->Unit(benchmark::kMillisecond);
+
+void addView(benchmark::State& state) {
+  const auto volume = makeBuilding(4);
+  PlaceExtractor extractor{PlacesConfig{}};
+  extractor.update(volume, volume.sortedBlockIndices(), Stamp{1});
+  RgbdFrame frame;
+  frame.camera = {640, 480, 525.0, 525.0, 319.5, 239.5};
+  frame.depth.image = cv::Mat(480, 640, CV_16UC1, cv::Scalar(2500));
+  const Embedding embedding = Embedding::Ones(768);
+  for (auto _ : state) extractor.addView(frame, embedding);
+}
+BENCHMARK(addView)->Unit(benchmark::kMillisecond);
+
+/// 5 % of a grid of 60 x 60 x 24 cells are sources.
+struct Sources {
+  GridExtent extent{{0, 0, 0}, {60, 60, 24}};
+  std::vector<char> is_source;
+
+  Sources() : is_source(extent.numCells()) {
+    std::mt19937 random(1);
+    std::bernoulli_distribution chosen(0.05);
+    for (char& source : is_source) source = chosen(random) ? 1 : 0;
+  }
+};
+
+void distanceTransform(benchmark::State& state) {
+  const Sources sources;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(computeNearestField(sources.extent, sources.is_source, 30.0));
+  }
+  state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(sources.is_source.size()));
+}
+BENCHMARK(distanceTransform)->Unit(benchmark::kMillisecond);
+
+void exhaustiveSearch(benchmark::State& state) {
+  const Sources sources;
+  std::vector<GridIndex> positions;
+  for (std::size_t cell = 0; cell < sources.is_source.size(); ++cell) {
+    if (sources.is_source[cell] != 0) positions.push_back(sources.extent.toIndex(cell));
+  }
+  for (auto _ : state) {
+    int sum = 0;
+    for (std::size_t cell = 0; cell < sources.is_source.size(); cell += 100) {
+      const GridIndex at = sources.extent.toIndex(cell);
+      int nearest = std::numeric_limits<int>::max();
+      for (const GridIndex& p : positions) nearest = std::min(nearest, (p - at).squaredNorm());
+      sum += nearest;
+    }
+    benchmark::DoNotOptimize(sum);
+  }
+  state.SetItemsProcessed(state.iterations() *
+                          static_cast<int64_t>(sources.is_source.size() / 100));
+}
+BENCHMARK(exhaustiveSearch)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace task_scene_graph::places
+
+BENCHMARK_MAIN();
