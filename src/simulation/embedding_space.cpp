@@ -20,7 +20,8 @@ constexpr float kConcept = 0.177F;
 constexpr float kKind = 0.46F;      ///< appearance that a class shares
 constexpr float kInstance = 0.36F;  ///< appearance of the one thing
 constexpr float kView = 0.16F;      ///< of the view
-constexpr float kHeadShare = 0.35F;
+constexpr float kHeadShare = 0.3F;  ///< of a phrase's meaning, in squared length
+constexpr float kBeforeShare = 0.3F;
 constexpr double kPartWeight = 0.3;
 
 /// A random unit vector in axes [from, to).
@@ -49,8 +50,10 @@ Embedding computeConcept(const std::string& phrase) {
   if (words.size() == 1) return makeConceptDirection("word " + words.front());
   std::string before;
   for (std::size_t i = 0; i + 1 < words.size(); ++i) before += words[i] + " ";
-  const Embedding v = std::sqrt(kHeadShare) * makeConceptDirection("head " + words.back()) +
-                      std::sqrt(1.0F - kHeadShare) * makeConceptDirection("before " + before);
+  const Embedding v =
+      std::sqrt(kHeadShare) * makeConceptDirection("head " + words.back()) +
+      std::sqrt(kBeforeShare) * makeConceptDirection("before " + before) +
+      std::sqrt(1.0F - kHeadShare - kBeforeShare) * makeConceptDirection("phrase " + phrase);
   return v.normalized();
 }
 

@@ -132,7 +132,7 @@ Eigen::Vector3d computeNormal(const Solid& solid, const Eigen::Vector3d& p) {
   if (solid.shape == Shape::kEllipsoid) return p.cwiseQuotient(half).normalized();
   const double radius = radiusAt(solid, p.z());
   const double below_side = radius - p.head<2>().norm();
-  if (1.0 - std::abs(p.z()) < below_side) return {0.0, 0.0, p.z() > 0.0 ? 1.0 : -1.0};
+  if (1.0 - std::abs(p.z()) <= below_side) return {0.0, 0.0, p.z() > 0.0 ? 1.0 : -1.0};
   // Gradient of x^2 + y^2 - r(z)^2.
   n << p.x(), p.y(), -radius * 0.5 * (solid.top_ratio - 1.0);
   return n.cwiseQuotient(half).normalized();

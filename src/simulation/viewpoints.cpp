@@ -38,7 +38,7 @@ bool pickBest(const std::vector<Eigen::Vector2d>& points, const Score& score,
 std::vector<Eigen::Vector2d> pickInRoom(const FloorMap& map, const Room& room,
                                         const std::vector<Eigen::Vector2d>& candidates) {
   const Eigen::Vector2d middle = room.interior_m.center();
-  Eigen::Vector2d best;
+  Eigen::Vector2d best = middle;
   const auto is_central = [&](const Eigen::Vector2d& p) {
     return std::min(map.computeClearance(p), 0.7) - 0.3 * (p - middle).norm();
   };
@@ -56,7 +56,7 @@ std::vector<Eigen::Vector2d> pickInCorridor(const Room& corridor,
     if (corridor.interior_m.contains(p) && !near_end) inside.push_back(p);
   }
   if (inside.empty()) return {};
-  std::vector<Eigen::Vector2d> ends(2);
+  std::vector<Eigen::Vector2d> ends(2, Eigen::Vector2d::Zero());
   for (std::size_t i = 0; i < 2; ++i) {
     const double sign = i == 0 ? -1.0 : 1.0;
     pickBest(

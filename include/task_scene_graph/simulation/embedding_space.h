@@ -18,8 +18,9 @@ namespace task_scene_graph::simulation {
 ///   text(q)  = a g_text  + sqrt(1 - a^2) c(q)
 ///   image(s) = b g_image + s c(mixture of phrases) + class and instance appearance + view noise
 ///
-/// c(q) is a unit vector: the last word of a phrase (its head) and the words before it have random
-/// directions of their own, so "coffee table" and "dining table" are alike but not the same.
+/// c(q) is a unit vector: random directions of the phrase's last word (its head), of the words
+/// before it and of the whole phrase, so "coffee table" is a little like "dining table" and like
+/// "coffee mug", and not the same.
 /// Appearance lies in a subspace that text does not reach.
 class EmbeddingSpace {
  public:

@@ -12,9 +12,9 @@ namespace task_scene_graph::simulation {
 struct WalkConfig {
   double rate_hz = 10.0;
   double duration_s = 0.0;
-  double max_speed_m_per_s = 0.9;
+  double max_speed_m_per_s = 1.0;
   double max_acceleration_m_per_s2 = 1.2;
-  double max_turn_rad_per_s = 1.0;
+  double max_turn_rad_per_s = 1.1;
   double body_radius_m = 0.28;
   double camera_height_m = 1.4;
   double pitch_down_rad = 0.3;
