@@ -22,7 +22,8 @@ class InputErrors : public ::testing::Test {
     state_ = nullptr;
   }
   static RobotMessages nextMessages() {
-    return makeMessages(state_->num_frames++ % 20, 100.0 + 10.0 * state_->num_frames);
+    const int index = state_->num_frames++;
+    return makeMessages(index % 20, 100.0 + 10.0 * index);
   }
   static bool expectDropped(const std::string& reason) {
     return waitUntil([&] {

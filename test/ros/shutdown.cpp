@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
+#include <std_srvs/Trigger.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <visualization_msgs/MarkerArray.h>
 
 #include <csignal>
 #include <nlohmann/json.hpp>
@@ -34,44 +36,89 @@ int waitForExit(pid_t pid) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
-TEST(Shutdown, InterruptEndsLiveTracksAndLeavesACompleteMap) {
-  const TemporaryFolder folder;
-  const std::string map = (folder.path() / "map").string();
-  writeTaskFile((folder.path() / "objects.yaml").string(), {"red box", "blue box"}, 0);
-  ros::param::set("/scene_graph/object_tasks", (folder.path() / "objects.yaml").string());
-  ros::param::set("/scene_graph/output", map);
-  ros::param::set("/mesh_fusion/output", map);
-  Recorder<msg::Tracks> tracks("tracks");
-  Robot robot;
-  const pid_t pid = startProgram({"rosrun", "task_scene_graph", "chain_node",
-                                  "--recorded-segmentation"});
-  ASSERT_TRUE(robot.waitForSubscribers(1));
-  ASSERT_TRUE(robot.waitForSegmentationSubscribers(1));
-  ASSERT_TRUE(tracks.waitForPublisher());
-  for (int i = 0; i < 12; ++i) {
-    const RobotMessages messages = makeMessages(i);
-    robot.publish(messages);
-    ASSERT_TRUE(tracks.waitFor([&](const msg::Tracks& message) {
-      return ros_interface::toStamp(message.header.stamp) == messages.stamp;
-    })) << "frame "
-        << i;
+/// The chain as the launch file runs it, in a process of its own.
+class ChainProgram {
+ public:
+  ChainProgram() {
+    const std::string tasks = (folder_.path() / "objects.yaml").string();
+    writeTaskFile(tasks, {"red box", "blue box"}, 0);
+    ros::param::set("/scene_graph/object_tasks", tasks);
+    ros::param::set("/scene_graph/output", map());
+    ros::param::set("/mesh_fusion/output", map());
+    pid_ = startProgram({"rosrun", "task_scene_graph", "chain_node", "--recorded-segmentation"});
   }
-  ASSERT_EQ(tracks.messages().back()->live.size(), 2U);
-  kill(pid, SIGINT);
-  EXPECT_EQ(waitForExit(pid), 0);
-  const auto summary = nlohmann::json::parse(std::ifstream(map + "/summary.json"));
+  ~ChainProgram() {
+    if (pid_ > 0) interrupt();
+  }
+  std::string map() const { return (folder_.path() / "map").string(); }
+
+  void play(int num_frames) {
+    ASSERT_TRUE(tracks_.waitForPublisher());
+    ASSERT_TRUE(robot_.waitForSubscribers(1));
+    ASSERT_TRUE(robot_.waitForSegmentationSubscribers(1));
+    for (int i = 0; i < num_frames; ++i) {
+      const RobotMessages messages = makeMessages(i);
+      robot_.publish(messages);
+      ASSERT_TRUE(tracks_.waitFor([&](const msg::Tracks& message) {
+        return ros_interface::toStamp(message.header.stamp) == messages.stamp;
+      })) << "frame "
+          << i;
+    }
+  }
+  std::size_t numLiveTracks() const { return tracks_.messages().back()->live.size(); }
+  /// As Ctrl-C; the exit status.
+  int interrupt() {
+    kill(pid_, SIGINT);
+    const int status = waitForExit(pid_);
+    pid_ = 0;
+    return status;
+  }
+
+ private:
+  TemporaryFolder folder_;
+  Recorder<msg::Tracks> tracks_{"tracks"};
+  Robot robot_;
+  pid_t pid_ = 0;
+};
+
+TEST(Shutdown, InterruptEndsLiveTracksAndLeavesACompleteMap) {
+  ChainProgram chain;
+  chain.play(12);
+  ASSERT_EQ(chain.numLiveTracks(), 2U);
+  EXPECT_EQ(chain.interrupt(), 0);
+  const auto summary = nlohmann::json::parse(std::ifstream(chain.map() + "/summary.json"));
   EXPECT_NE(summary.dump().find("red box"), std::string::npos);
   EXPECT_NE(summary.dump().find("blue box"), std::string::npos);
-  std::ifstream ply(map + "/mesh.ply", std::ios::binary);
+  std::ifstream ply(chain.map() + "/mesh.ply", std::ios::binary);
   std::string first_line;
   std::getline(ply, first_line);
   EXPECT_EQ(first_line, "ply");
 }
 
+TEST(Shutdown, LateSubscriberGetsAllPrimitivesAndTheWholeMesh) {
+  ChainProgram chain;
+  chain.play(8);
+  std_srvs::Trigger save;
+  ASSERT_TRUE(ros::service::waitForService("/scene_graph/save_map", ros::Duration(30.0)));
+  ASSERT_TRUE(ros::service::call("/scene_graph/save_map", save));
+  ASSERT_TRUE(save.response.success) << save.response.message;
+  Recorder<msg::ObjectPrimitives> primitives("object_primitives");
+  EXPECT_TRUE(primitives.waitFor(
+      [](const msg::ObjectPrimitives& message) { return message.primitives.size() == 2; }));
+  Recorder<visualization_msgs::MarkerArray> mesh("mesh");
+  EXPECT_TRUE(mesh.waitFor([](const visualization_msgs::MarkerArray& message) {
+    return !message.markers.empty() && !message.markers[0].points.empty();
+  }));
+  Recorder<msg::SceneGraph> graph("scene_graph");
+  EXPECT_TRUE(
+      graph.waitFor([](const msg::SceneGraph& message) { return message.objects.size() == 2; }));
+  EXPECT_EQ(chain.interrupt(), 0);
+}
+
 TEST(Shutdown, NodeWithAMisspeltParameterEndsWithStatusOne) {
   ros::param::set("/misspelt_tracker/windows_s", 3.0);
-  const pid_t pid = startProgram({"rosrun", "task_scene_graph", "tracker_node",
-                                  "__name:=misspelt_tracker"});
+  const pid_t pid =
+      startProgram({"rosrun", "task_scene_graph", "tracker_node", "__name:=misspelt_tracker"});
   EXPECT_EQ(waitForExit(pid), 1);
 }
 

@@ -61,10 +61,18 @@ inline std::vector<Solid> makeRoom() {
           makeBox(makeAabb({1.2, -1.1, 0.0}, {1.8, -0.5, 0.7}), {30, 30, 210}, 2)};
 }
 
-/// The robot looks at the boxes while it moves sideways.
+/// The robot looks at the boxes while it moves sideways (frames 0 to 39); then it turns round in
+/// two corners of the room, 20 frames each.
 inline Pose computePose(int index) {
-  const double y_m = -0.6 + 0.03 * index;
-  return lookAt({-1.6, y_m, 1.3}, {1.5, 0.3 * y_m, 0.2});
+  if (index < 40) {
+    const double y_m = -0.6 + 0.03 * index;
+    return lookAt({-1.6, y_m, 1.3}, {1.5, 0.3 * y_m, 0.2});
+  }
+  const Eigen::Vector3d eye =
+      index < 60 ? Eigen::Vector3d(-1.8, -1.2, 1.3) : Eigen::Vector3d(0.0, 1.8, 1.3);
+  const double angle_rad = 2.0 * M_PI * index / 20.0;
+  return lookAt(eye,
+                eye + Eigen::Vector3d(2.0 * std::cos(angle_rad), 2.0 * std::sin(angle_rad), -0.8));
 }
 
 inline RobotMessages makeMessages(int index, double start_s = 100.0) {
