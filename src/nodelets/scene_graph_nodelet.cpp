@@ -21,6 +21,7 @@
 #include "task_scene_graph/ros/worker.h"
 #include "task_scene_graph/scene_graph/builder.h"
 #include "task_scene_graph/scene_graph/files.h"
+#include "task_scene_graph/segmentation/model_set.h"
 
 namespace task_scene_graph::nodelets {
 
@@ -46,7 +47,7 @@ struct SceneGraphNodeletConfig {
     v.field("place_tasks", self.place_tasks, {}, "",
             "YAML file of the tasks for regions; empty = those for objects");
     v.field("models", self.models, {}, "",
-            "YAML file of the model set, for tasks that come without embeddings");
+            "YAML file of the model set: its alpha, and its text encoder for tasks without embeddings");
     v.field("output", self.output, {}, "", "folder for the map files; empty = none");
     v.field("world_frame", self.world_frame, {}, "", "tf frame of the map");
     v.field("with_embeddings", self.with_embeddings, {}, "",
@@ -70,6 +71,8 @@ class SceneGraphNodelet : public StageNodelet {
   using Job = std::function<void(scene_graph::SceneGraphBuilder&)>;
 
   void start() override;
+  /// The model set suggests object_alpha where the user gives none.
+  void adoptAlphaOfModels();
   void startTopics();
   void check() override { watch_->check(); }
   msg::FinishResponse finish(const msg::FinishRequest& request, Deadline deadline) override;
@@ -124,6 +127,7 @@ void SceneGraphNodelet::start() {
                              "object_tasks:=...)");
   }
   const auto object_tasks = ros_interface::loadTaskList(config_.object_tasks, config_.models);
+  adoptAlphaOfModels();
   builder_ = std::make_unique<scene_graph::SceneGraphBuilder>(config_.scene_graph);
   builder_->setObjectTasks(object_tasks);
   builder_->setPlaceTasks(config_.place_tasks.empty()
@@ -134,6 +138,13 @@ void SceneGraphNodelet::start() {
   worker_ =
       std::make_unique<ros_interface::Worker<Job>>(10000, [this](const Job& job) { process(job); });
   startTopics();
+}
+
+void SceneGraphNodelet::adoptAlphaOfModels() {
+  if (config_.models.empty() || getPrivateNodeHandle().hasParam("object_alpha")) return;
+  config_.scene_graph.object_alpha = segmentation::loadModelSet(config_.models).alpha;
+  // dynamic_reconfigure starts from the parameter server.
+  getPrivateNodeHandle().setParam("object_alpha", config_.scene_graph.object_alpha);
 }
 
 void SceneGraphNodelet::startTopics() {

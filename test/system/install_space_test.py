@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The installed package works on its own: plugins, launch files and programs are found and run."""
+import os
+import pathlib
+import subprocess
+import unittest
+
+BUILD = pathlib.Path(os.environ["TSG_BUILD_DIR"])
+INSTALL = pathlib.Path(os.environ["TSG_INSTALL_DIR"])
+
+
+def run_installed(command, timeout_s=60):
+    """Runs a shell command that sees the install space only. Returns its output."""
+    setup = f"set +u; unset ROS_PACKAGE_PATH CMAKE_PREFIX_PATH; source {INSTALL}/setup.bash"
+    done = subprocess.run(["bash", "-c", f"{setup}; {command}"], stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT, timeout=timeout_s, text=True,
+                          env={**os.environ, "ROS_CACHE_TIMEOUT": "0"})
+    if done.returncode != 0:
+        raise AssertionError(f"'{command}' exited {done.returncode}:\n{done.stdout}")
+    return done.stdout
+
+
+class InstallSpace(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        subprocess.run(["cmake", "--install", str(BUILD)], check=True, stdout=subprocess.DEVNULL)
+
+    def test_package_is_found_in_the_install_space(self):
+        self.assertEqual(run_installed("rospack find task_scene_graph").strip(),
+                         str(INSTALL / "share/task_scene_graph"))
+
+    def test_nodelet_plugins_are_exported_and_their_library_is_there(self):
+        plugins = run_installed("rospack plugins --attrib=plugin nodelet")
+        self.assertIn(str(INSTALL / "share/task_scene_graph/nodelet_plugins.xml"), plugins)
+        self.assertTrue((INSTALL / "lib/libtsg_nodelets.so").exists())
+
+    def test_libraries_resolve_without_the_build_folder(self):
+        for library in ("libtsg_core.so", "libtsg_ros.so", "libtsg_nodelets.so"):
+            output = run_installed(f"ldd {INSTALL}/lib/{library}")
+            self.assertNotIn("not found", output)
+            self.assertNotIn(str(BUILD / "devel"), output)
+
+    def test_launch_files_name_only_what_is_installed(self):
+        launch = INSTALL / "share/task_scene_graph/launch/task_scene_graph.launch"
+        nodes = run_installed(f"roslaunch --nodes {launch} recorded_segmentation:=true "
+                              "object_tasks:=/tasks.yaml")
+        self.assertIn("/task_scene_graph/", nodes)
+
+    def test_process_bag_runs(self):
+        self.assertIn("--bag", run_installed("rosrun task_scene_graph process_bag --help"))
+
+
+if __name__ == "__main__":
+    unittest.main()
