@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
@@ -44,54 +45,66 @@ void printHelp() {
   }
 }
 
-double toNumber(const std::string& option, const std::string& text) {
-  char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  if (!text.empty() && *end == '\0') return value;
-  throw std::invalid_argument(option + " is '" + text + "', expected a number");
-}
-
-void disableEmbedding(segmentation::SegmenterConfig& config) {
-  config.embed_crop = config.embed_masked_crop = config.embed_image = false;
-}
-
-Arguments parse(const std::vector<std::string>& words) {
-  Arguments arguments;
+/// The command line as it was typed: values of options (empty if not given) and image files.
+struct Words {
+  std::map<std::string, std::string> options{{"--models", ""},
+                                             {"--output", ""},
+                                             {"--config", ""},
+                                             {"--score-threshold", ""},
+                                             {"--iou-threshold", ""}};
   bool embed = false;
-  std::vector<std::pair<std::string, double>> thresholds;
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    const std::string& word = words[i];
-    const auto next = [&] {
-      if (i + 1 == words.size()) throw std::invalid_argument(word + " needs a value");
-      return words[++i];
-    };
-    if (word == "--models") {
-      arguments.models = next();
-    } else if (word == "--output") {
-      arguments.output = next();
-    } else if (word == "--config") {
-      const std::string path = next();
-      arguments.config = config::load<segmentation::SegmenterConfig>(config::loadYamlFile(path),
-                                                                     "parameters '" + path + "'");
-    } else if (word == "--score-threshold" || word == "--iou-threshold") {
-      thresholds.emplace_back(word, toNumber(word, next()));
-    } else if (word == "--embed") {
-      embed = true;
-    } else if (word.rfind("--", 0) == 0) {
-      throw std::invalid_argument("unknown option " + word);
+  std::vector<std::string> images;
+};
+
+Words sortWords(const std::vector<std::string>& line) {
+  Words words;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const auto option = words.options.find(line[i]);
+    if (option != words.options.end()) {
+      if (i + 1 == line.size()) throw std::invalid_argument(line[i] + " needs a value");
+      option->second = line[++i];
+    } else if (line[i] == "--embed") {
+      words.embed = true;
+    } else if (line[i].rfind("--", 0) == 0) {
+      throw std::invalid_argument("unknown option " + line[i]);
     } else {
-      arguments.images.push_back(word);
+      words.images.push_back(line[i]);
     }
   }
-  for (const auto& [option, value] : thresholds) {
-    (option == "--score-threshold" ? arguments.config.score_threshold
-                                   : arguments.config.iou_threshold) = value;
+  return words;
+}
+
+void overrideThreshold(const Words& words, const std::string& option, double& value) {
+  const std::string& text = words.options.at(option);
+  if (text.empty()) return;
+  char* end = nullptr;
+  value = std::strtod(text.c_str(), &end);
+  if (*end != '\0') throw std::invalid_argument(option + " is '" + text + "', expected a number");
+}
+
+segmentation::SegmenterConfig makeConfig(const Words& words) {
+  segmentation::SegmenterConfig config;
+  const std::string& path = words.options.at("--config");
+  if (!path.empty()) {
+    config = config::load<segmentation::SegmenterConfig>(config::loadYamlFile(path),
+                                                         "parameters '" + path + "'");
   }
-  if (!embed) disableEmbedding(arguments.config);
-  if (arguments.models.empty()) throw std::invalid_argument("--models is missing");
-  if (arguments.output.empty()) throw std::invalid_argument("--output is missing");
-  if (arguments.images.empty()) throw std::invalid_argument("no image given");
-  return arguments;
+  overrideThreshold(words, "--score-threshold", config.score_threshold);
+  overrideThreshold(words, "--iou-threshold", config.iou_threshold);
+  if (!words.embed) config.embed_crop = config.embed_masked_crop = config.embed_image = false;
+  return config;
+}
+
+Arguments parse(const std::vector<std::string>& line) {
+  const Words words = sortWords(line);
+  for (const char* required : {"--models", "--output"}) {
+    if (words.options.at(required).empty()) {
+      throw std::invalid_argument(std::string(required) + " is missing");
+    }
+  }
+  if (words.images.empty()) throw std::invalid_argument("no image given");
+  return {words.options.at("--models"), words.options.at("--output"), words.images,
+          makeConfig(words)};
 }
 
 /// Neighbouring labels get colours far apart: hues a golden angle from each other.
