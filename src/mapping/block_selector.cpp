@@ -47,8 +47,10 @@ void GridIndexSet::grow() {
 
 int BlockSelector::computeTileSide(const CameraModel& camera, double block_size_m,
                                    double max_range_m) {
-  const double side_px = 0.25 * block_size_m * camera.fx_px / max_range_m;
-  return static_cast<int>(std::clamp(side_px, 1.0, 16.0));
+  const double wanted_px = 0.25 * block_size_m * camera.fx_px / max_range_m;
+  int side_px = 1;  // a power of two, so that squares halve without overlap
+  while (side_px < 16 && 2 * side_px <= wanted_px) side_px *= 2;
+  return side_px;
 }
 
 const std::vector<GridIndex>& BlockSelector::select(const DepthBuffer& depth,

@@ -64,9 +64,11 @@ std::array<Eigen::Vector3f, kBlockSide> computeSliceOrigins(const FrameView& fra
                                                             const GridIndex& block) {
   std::array<Eigen::Vector3f, kBlockSide> origins;
   const Eigen::Vector3d first = (block.cast<double>() * kBlockSide).array() + 0.5;
-  for (int z = 0; z < kBlockSide; ++z) {
-    const Eigen::Vector3d p_world = voxel_size_m * (first + z * Eigen::Vector3d::UnitZ());
-    origins[static_cast<std::size_t>(z)] = (frame.T_camera_world * p_world).cast<float>();
+  Eigen::Vector3d p_camera = frame.T_camera_world * Eigen::Vector3d(voxel_size_m * first);
+  const Eigen::Vector3d step = voxel_size_m * frame.T_camera_world.linear().col(2);
+  for (auto& origin : origins) {
+    origin = p_camera.cast<float>();
+    p_camera += step;
   }
   return origins;
 }

@@ -44,7 +44,8 @@ class BlockSelector {
   const std::vector<GridIndex>& select(const DepthBuffer& depth, const CameraModel& camera,
                                        const Pose& T_world_camera, const Options& options);
 
-  /// Side of a tile, pixels, so that a tile is about a quarter of a block wide at `max_range_m`.
+  /// Side of a tile, pixels: the power of two up to 16 with which a tile is at most a quarter of a
+  /// block wide at `max_range_m`.
   static int computeTileSide(const CameraModel& camera, double block_size_m, double max_range_m);
 
  private:
