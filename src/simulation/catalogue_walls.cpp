@@ -148,10 +148,10 @@ Model makeShoeRack(Random& random) {
   const NamedColor wood = pickWoodColor(random);
   Model m("shoe rack", wood.name);
   for (const double x : {-0.38, 0.38})
-    m.box("side", {x, 0, 0.27}, {0.03, 0.28, 0.54}, makeWood(wood.rgb));
+    m.box("side", {x, 0, 0.27}, {0.03, 0.34, 0.54}, makeWood(wood.rgb));
   for (const double z : {0.08, 0.3, 0.525}) {
-    m.box("shelf board", {0, 0, z}, {0.73, 0.28, 0.025}, makeWood(wood.rgb));
-    m.support(makeRect(-0.34, -0.13, 0.34, 0.13), z + 0.0125, z > 0.4 ? 0.6 : 0.18);
+    m.box("shelf board", {0, 0, z}, {0.73, 0.34, 0.025}, makeWood(wood.rgb));
+    m.support(makeRect(-0.34, -0.16, 0.34, 0.16), z + 0.0125, z > 0.4 ? 0.6 : 0.18);
   }
   return m;
 }

@@ -21,7 +21,8 @@ PlacedModel backToBack(const Model& model, double depth_m, double x_m = 0.0, dou
 void scatter(Furnisher& furnisher, const Room& room, const std::string& support,
              const std::vector<std::string>& names, Random& random) {
   for (const std::string& name : names) {
-    const bool faces_front = name == "books" || name == "microwave" || name == "printer";
+    const bool faces_front =
+        name == "books" || name == "microwave" || name == "printer" || name == "shoes";
     furnisher.placeOn(room, support, makeSmallThing(name, random), faces_front ? 0.0 : 0.35,
                       random);
   }

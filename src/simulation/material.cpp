@@ -31,7 +31,7 @@ double distanceToLine(double value, double period) {
 }
 
 float computeGrain(double along_m, double across_m) {
-  return 0.86F + 0.28F * computeNoise(along_m * 3.0, across_m * 55.0);
+  return 0.9F + 0.2F * computeNoise(along_m * 3.0, across_m * 55.0);
 }
 
 Color computePlanks(const Material& m, double u, double v) {

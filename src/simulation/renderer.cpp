@@ -84,9 +84,11 @@ Color Renderer::shade(const Solid& solid, const Eigen::Vector3d& p, const Eigen:
     if (solid.material.pattern == Pattern::kWall) {
       albedo = p.z() < 0.08 ? Color(0.96F, 0.96F, 0.95F) : room.wall_color;
     }
+    // A lamp as long as the room less 1.2 m on each side: the point of it that is nearest.
+    const Eigen::Vector2d reach = (0.5 * room.interior_m.sizes().array() - 1.2).max(0.0);
     const Eigen::Vector2d middle = room.interior_m.center();
-    const Eigen::Vector3d to_lamp =
-        Eigen::Vector3d(middle.x(), middle.y(), room.height_m - 0.4) - p;
+    const Eigen::Vector2d lamp = p.head<2>().cwiseMax(middle - reach).cwiseMin(middle + reach);
+    const Eigen::Vector3d to_lamp = Eigen::Vector3d(lamp.x(), lamp.y(), room.height_m - 0.4) - p;
     const double distance = to_lamp.norm();
     const double lambert = std::max(0.0, normal.dot(to_lamp)) / distance;
     light += static_cast<float>(0.75 * lambert / (1.0 + 0.06 * distance * distance));

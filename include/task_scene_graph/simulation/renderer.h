@@ -21,8 +21,9 @@ struct RenderedView {
 
 /// Casts one ray per pixel against the closed-form solids (four more for the colour of pixels at
 /// edges). Each image tile holds the solids that can be seen in it, nearest first, so a ray tests
-/// few of them. Light: a lamp in the middle of each room, soft light from above, darkening near
-/// walls and under furniture; no cast shadows. Results do not depend on `num_threads`. Thread-safe.
+/// few of them. Light: a long lamp under the ceiling of each room, soft light from above, darkening
+/// near walls and under furniture; no cast shadows. Results do not depend on `num_threads`.
+/// Thread-safe.
 class Renderer {
  public:
   /// The apartment must outlive the renderer.
