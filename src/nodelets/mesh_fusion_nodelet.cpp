@@ -9,6 +9,7 @@
 #include <optional>
 #include <pluginlib/class_list_macros.hpp>
 
+#include "mesh_fusion_config.h"
 #include "stage_nodelet.h"
 #include "task_scene_graph/mapping/ply.h"
 #include "task_scene_graph/pipeline/background_fusion.h"
@@ -23,35 +24,6 @@
 #include "task_scene_graph/ros/worker.h"
 
 namespace task_scene_graph::nodelets {
-
-struct MeshFusionNodeletConfig {
-  pipeline::BackgroundFusionConfig background_fusion;
-  pipeline::ObjectFusionConfig object_fusion;
-  ros_interface::InputConfig input;
-  std::string output;
-  double mesh_period_s = 1.0;
-  int queue_size = 100;
-  int object_queue_size = 1000;
-  int frame_cache = 150;
-  CommonConfig common;
-
-  template <typename Self, typename Visitor>
-  static void visit(Self& self, Visitor& v) {
-    pipeline::BackgroundFusionConfig::visit(self.background_fusion, v);
-    pipeline::ObjectFusionConfig::visit(self.object_fusion, v);
-    v.group("input", self.input);
-    v.field("output", self.output, {}, "", "folder that mesh.ply is written to; empty = none");
-    v.field("mesh_period_s", self.mesh_period_s, {0.0, 3600.0}, "s",
-            "least time (of the frames' stamps) between two messages on `mesh`");
-    v.field("queue_size", self.queue_size, {1, 10000}, "frames",
-            "frames that wait for depth integration; the oldest is dropped");
-    v.field("object_queue_size", self.object_queue_size, {10, 100000}, "messages",
-            "segmented frames and tracks that wait for object reconstruction");
-    v.field("frame_cache", self.frame_cache, {1, 10000}, "frames",
-            "images that wait for their segmentation");
-    CommonConfig::visit(self.common, v);
-  }
-};
 
 /// Every frame -> mesh and places; segmented frames and tracks -> object primitives. Depth
 /// integration and object reconstruction have a thread each, so that neither waits for the other.

@@ -34,7 +34,7 @@ class Chain : public ::testing::Test {
     ASSERT_TRUE(state_->robot.waitForSubscribers(1));
     ASSERT_TRUE(state_->robot.waitForSegmentationSubscribers(1));
     ASSERT_TRUE(state_->tracks.waitForPublisher());
-    play();
+    ASSERT_NO_FATAL_FAILURE(play());
     ASSERT_TRUE(callTrigger("/scene_graph/save_map", state_->save));
   }
   static void TearDownTestSuite() {

@@ -24,6 +24,11 @@ pid_t startProgram(const std::vector<std::string>& arguments) {
   _exit(127);
 }
 
+/// A program of this package: it lies beside this one.
+std::string findProgram(const std::string& name) {
+  return (std::filesystem::read_symlink("/proc/self/exe").parent_path() / name).string();
+}
+
 /// The exit status, or -1 if the program does not end in time (it is killed then).
 int waitForExit(pid_t pid) {
   int status = 0;
@@ -45,7 +50,7 @@ class ChainProgram {
     ros::param::set("/scene_graph/object_tasks", tasks);
     ros::param::set("/scene_graph/output", map());
     ros::param::set("/mesh_fusion/output", map());
-    pid_ = startProgram({"rosrun", "task_scene_graph", "chain_node", "--recorded-segmentation"});
+    pid_ = startProgram({findProgram("chain_node"), "--recorded-segmentation"});
   }
   ~ChainProgram() {
     if (pid_ > 0) interrupt();
@@ -83,7 +88,7 @@ class ChainProgram {
 
 TEST(Shutdown, InterruptEndsLiveTracksAndLeavesACompleteMap) {
   ChainProgram chain;
-  chain.play(12);
+  ASSERT_NO_FATAL_FAILURE(chain.play(12));
   ASSERT_EQ(chain.numLiveTracks(), 2U);
   EXPECT_EQ(chain.interrupt(), 0);
   const auto summary = nlohmann::json::parse(std::ifstream(chain.map() + "/summary.json"));
@@ -97,7 +102,7 @@ TEST(Shutdown, InterruptEndsLiveTracksAndLeavesACompleteMap) {
 
 TEST(Shutdown, LateSubscriberGetsAllPrimitivesAndTheWholeMesh) {
   ChainProgram chain;
-  chain.play(8);
+  ASSERT_NO_FATAL_FAILURE(chain.play(8));
   std_srvs::Trigger save;
   ASSERT_TRUE(ros::service::waitForService("/scene_graph/save_map", ros::Duration(30.0)));
   ASSERT_TRUE(ros::service::call("/scene_graph/save_map", save));
@@ -117,8 +122,7 @@ TEST(Shutdown, LateSubscriberGetsAllPrimitivesAndTheWholeMesh) {
 
 TEST(Shutdown, NodeWithAMisspeltParameterEndsWithStatusOne) {
   ros::param::set("/misspelt_tracker/windows_s", 3.0);
-  const pid_t pid =
-      startProgram({"rosrun", "task_scene_graph", "tracker_node", "__name:=misspelt_tracker"});
+  const pid_t pid = startProgram({findProgram("tracker_node"), "__name:=misspelt_tracker"});
   EXPECT_EQ(waitForExit(pid), 1);
 }
 

@@ -16,8 +16,8 @@ namespace task_scene_graph::ros_interface {
 /// map so that they can be told apart; boxes stay where the objects are.
 struct MarkerConfig {
   double object_lift_m = 2.5;
-  double place_lift_m = 3.5;
-  double region_lift_m = 5.5;
+  double place_lift_m = 4.0;
+  double region_lift_m = 6.5;
   double text_height_m = 0.22;
 
   template <typename Self, typename Visitor>

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+#include <std_srvs/Trigger.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "synthetic_robot.h"
+
+namespace task_scene_graph::test {
+namespace {
+
+TEST(LaunchFile, RemappedTopicsReachTheChainAndTheMapIsSaved) {
+  Recorder<msg::Tracks> tracks("/task_scene_graph/tracks");
+  Recorder<msg::SceneGraph> graphs("/task_scene_graph/scene_graph");
+  Robot robot;
+  ASSERT_TRUE(tracks.waitForPublisher());
+  ASSERT_TRUE(robot.waitForSubscribers(1));
+  ASSERT_TRUE(robot.waitForSegmentationSubscribers(1));
+  for (int i = 0; i < 10; ++i) {
+    const RobotMessages messages = makeMessages(i);
+    robot.publish(messages);
+    ASSERT_TRUE(tracks.waitFor([&](const msg::Tracks& message) {
+      return ros_interface::toStamp(message.header.stamp) == messages.stamp;
+    })) << "frame "
+        << i;
+  }
+  std_srvs::Trigger save;
+  ASSERT_TRUE(ros::service::call("/task_scene_graph/scene_graph/save_map", save));
+  ASSERT_TRUE(save.response.success) << save.response.message;
+  EXPECT_EQ(std::filesystem::path(save.response.message).filename(), "tsg_launch_test");
+  const auto summary =
+      nlohmann::json::parse(std::ifstream(save.response.message + "/summary.json"));
+  EXPECT_EQ(summary.at("counts").at("objects"), 2);
+  EXPECT_TRUE(
+      graphs.waitFor([](const msg::SceneGraph& graph) { return graph.objects.size() == 2; }));
+}
+
+}  // namespace
+}  // namespace task_scene_graph::test
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "launch_test");
+  ros::AsyncSpinner spinner(2);
+  spinner.start();
+  const int result = RUN_ALL_TESTS();
+  spinner.stop();
+  ros::shutdown();
+  return result;
+}
