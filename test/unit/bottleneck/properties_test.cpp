@@ -1,0 +1,402 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Properties of the clustering as a whole, and published cases of whole runs.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <numeric>
+#include <random>
+
+#include "bottleneck_reference.h"
+#include "task_scene_graph/bottleneck/clustering.h"
+#include "task_scene_graph/bottleneck/information.h"
+
+namespace task_scene_graph::bottleneck {
+namespace {
+
+using test::ReferenceScene;
+using test::SceneGenerator;
+using test::SceneOptions;
+using Partition = std::vector<std::vector<NodeKey>>;
+
+IncrementalClustering makeClustering(const ReferenceScene& scene, const ClusteringConfig& config) {
+  IncrementalClustering clustering(config, Adjacency::kBoxOverlap);
+  clustering.setTasks(scene.tasks);
+  for (const auto& [key, primitive] : scene.primitives) {
+    clustering.insert(key, primitive.embedding, primitive.box);
+  }
+  return clustering;
+}
+
+Partition partitionOf(IncrementalClustering& clustering) {
+  Partition partition;
+  for (const Cluster& cluster : clustering.clusters()) partition.push_back(cluster.members);
+  std::sort(partition.begin(), partition.end());
+  return partition;
+}
+
+// Primitives whose scores are exactly the given ones: tasks are axes, one axis more fills up.
+IncrementalClustering makeFromScores(const std::vector<std::vector<float>>& scores,
+                                     const std::vector<test::KeyPair>& edges,
+                                     const ClusteringConfig& config) {
+  const auto num_tasks = static_cast<Eigen::Index>(scores[0].size());
+  IncrementalClustering clustering(config, Adjacency::kGiven);
+  clustering.setTasks(EmbeddingMatrix::Identity(num_tasks, num_tasks + 1));
+  for (std::size_t i = 0; i < scores.size(); ++i) {
+    Embedding x(num_tasks + 1);
+    x.head(num_tasks) = Eigen::Map<const Eigen::VectorXf>(scores[i].data(), num_tasks);
+    x[num_tasks] = std::sqrt(1.0f - x.head(num_tasks).squaredNorm());
+    clustering.insert(i, x);
+  }
+  for (const auto& [a, b] : edges) clustering.insertEdge(a, b);
+  return clustering;
+}
+
+void expectMerges(IncrementalClustering& clustering, const std::vector<Merge>& expected,
+                  double tolerance) {
+  clustering.setDelta(1.0);
+  const std::vector<Merge> merges = clustering.mergeSequence();
+  ASSERT_EQ(merges.size(), expected.size());
+  for (std::size_t i = 0; i < merges.size(); ++i) {
+    EXPECT_EQ(merges[i].a, expected[i].a);
+    EXPECT_EQ(merges[i].b, expected[i].b);
+    EXPECT_NEAR(merges[i].d, expected[i].d, tolerance);
+  }
+}
+
+ClusteringConfig makePublishedConfig(double alpha, int top_k, bool cumulative, bool prune) {
+  ClusteringConfig config;
+  config.alpha = alpha;
+  config.top_k = top_k;
+  config.cumulative = cumulative;
+  config.prune_null = prune;
+  return config;
+}
+
+const std::vector<std::vector<float>> kOneHot{
+    {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}, {0, 0, 0}};
+const std::vector<test::KeyPair> kChain{{0, 1}, {1, 2}, {2, 3}, {3, 4}};
+
+// The published code fills zeros with 1e-12; that, and d rounded to 9 decimals of N d, is the
+// tolerance.
+TEST(PublishedRuns, ChainWithAlphaOne) {
+  auto clustering = makeFromScores(kOneHot, kChain, makePublishedConfig(1.0, 100, false, false));
+  EXPECT_NEAR(clustering.information(), 1.4, 1e-9);
+  expectMerges(
+      clustering,
+      {{3, 4, 0.0, 0}, {2, 3, 0.190013452989, 0}, {0, 1, 0.2, 0}, {0, 2, 0.366766196460, 0}}, 1e-9);
+  ClusteringConfig config = clustering.config();
+  config.prior = Prior::kMarginal;
+  clustering.setConfig(config);
+  EXPECT_NEAR(clustering.information(), 0.756780, 1e-6);
+}
+
+// Differs from the published order: ({0, 1}, 2) and (2, {3, 4}) share no task and are of equal
+// size, so they cost the same; published is (2, 3), here the smaller id goes first.
+TEST(PublishedRuns, ChainWithTopOneAndTheTieGoingToTheSmallerId) {
+  auto clustering = makeFromScores(kOneHot, kChain, makePublishedConfig(0.9, 1, false, false));
+  EXPECT_NEAR(clustering.information(), 2.0, 1e-9);
+  expectMerges(
+      clustering,
+      {{3, 4, 0.0, 0}, {0, 1, 0.4, 0}, {0, 2, 0.550977500431, 0}, {0, 3, 0.970950594454, 0}}, 1e-9);
+}
+
+TEST(PublishedRuns, RingOfSixByHand) {
+  const std::vector<std::vector<float>> scores{{.30f, .22f, .20f}, {.29f, .21f, .24f},
+                                               {.20f, .31f, .22f}, {.21f, .30f, .25f},
+                                               {.18f, .19f, .17f}, {.26f, .27f, .20f}};
+  const std::vector<test::KeyPair> ring{{0, 1}, {1, 2}, {2, 3}, {3, 4}, {4, 5}, {0, 5}};
+  auto clustering = makeFromScores(scores, ring, {});
+  EXPECT_NEAR(clustering.information(), 1.275055453586, 1e-6);  // scores are floats here
+  expectMerges(clustering,
+               {{2, 3, .094164023133, 0},
+                {0, 1, .094985617376, 0},
+                {0, 5, .256935356946, 0},
+                {2, 4, .300936749040, 0},
+                {0, 2, .409282672630, 0}},
+               1e-6);
+  clustering.setDelta(0.1);
+  EXPECT_EQ(partitionOf(clustering), (Partition{{0, 1}, {2, 3}, {4}, {5}}));
+  clustering.setDelta(0.01);
+  EXPECT_EQ(clustering.clusters().size(), 6u);
+}
+
+// Published workspace case: primitives 0, 2, 4, 6, 8 in a chain; clusters are named by their
+// smallest primitive, and a merge keeps the neighbours of both.
+TEST(PublishedRuns, MergesAlongAChainKeepTheNeighboursOfBoth) {
+  IncrementalClustering clustering({}, Adjacency::kGiven);
+  for (const NodeKey key : {0, 2, 4, 6, 8}) clustering.insert(key, Embedding::Ones(3));
+  for (const NodeKey key : {0, 2, 4, 6}) clustering.insertEdge(key, key + 2);
+  const std::vector<Merge> merges = clustering.mergeSequence();
+  ASSERT_EQ(merges.size(), 4u);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(merges[i].a, 0u);
+    EXPECT_EQ(merges[i].b, 2 * i + 2);
+  }
+}
+
+class Seeds : public testing::TestWithParam<std::uint32_t> {
+ protected:
+  ReferenceScene makeScene(const SceneOptions& options = {}) const {
+    return SceneGenerator(options, GetParam()).makeScene();
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Properties, Seeds, testing::Range(100u, 110u));
+
+TEST_P(Seeds, EveryMergeLosesExactlyItsDAndInformationNeverIncreases) {
+  const ReferenceScene scene = makeScene();
+  ClusteringConfig config;
+  config.delta = 1.0;
+  auto clustering = makeClustering(scene, config);
+  const auto reference = test::clusterDense(scene, test::findOverlaps(scene), config);
+  const auto merges = clustering.mergeSequence();
+  ASSERT_EQ(merges.size(), reference.losses.size());
+  for (std::size_t i = 0; i < merges.size(); ++i) {
+    EXPECT_GE(merges[i].d, 0.0);
+    EXPECT_NEAR(merges[i].d, reference.losses[i], 1e-10);
+  }
+}
+
+TEST_P(Seeds, TheSumOfAllDIsTheInformationLessWhatRemains) {
+  const ReferenceScene scene = makeScene();
+  for (const Prior prior : {Prior::kUniform, Prior::kMarginal}) {
+    ClusteringConfig config;
+    config.delta = 0.02;
+    config.prior = prior;
+    auto clustering = makeClustering(scene, config);
+    double lost = 0.0;
+    for (const Merge& merge : clustering.mergeSequence()) lost += merge.d;
+    InformationSum remaining;  // each cluster's p(y) once per primitive
+    for (const Cluster& cluster : clustering.clusters()) {
+      for (std::size_t i = 0; i < cluster.members.size(); ++i) remaining.add(cluster.relevance);
+    }
+    const double left = remaining.computeTotalBits(prior, 5) / 30.0;
+    EXPECT_NEAR(lost, clustering.information() - left, 1e-8);
+  }
+}
+
+TEST_P(Seeds, WholeConnectedGraphLosesAllOfItsMutualInformation) {
+  SceneOptions options;
+  options.mean_degree = 400.0;  // one component
+  const ReferenceScene scene = makeScene(options);
+  ClusteringConfig config;
+  config.prior = Prior::kMarginal;
+  config.delta = 1.0;
+  auto clustering = makeClustering(scene, config);
+  ASSERT_EQ(clustering.clusters().size(), 1u);
+  double lost = 0.0;
+  for (const Merge& merge : clustering.mergeSequence()) lost += merge.d;
+  EXPECT_NEAR(lost, clustering.information(), 1e-8);
+}
+
+TEST_P(Seeds, InsertionOrderChangesNothing) {
+  const ReferenceScene scene = makeScene();
+  ClusteringConfig config;
+  config.delta = 0.02;
+  auto batch = makeClustering(scene, config);
+  std::vector<NodeKey> keys;
+  for (const auto& [key, primitive] : scene.primitives) keys.push_back(key);
+  std::mt19937 random(GetParam());
+  std::shuffle(keys.begin(), keys.end(), random);
+  IncrementalClustering one_by_one(config, Adjacency::kBoxOverlap);
+  one_by_one.setTasks(scene.tasks);
+  for (const NodeKey key : keys) {
+    one_by_one.insert(key, scene.primitives.at(key).embedding, scene.primitives.at(key).box);
+    one_by_one.applyChanges();
+  }
+  EXPECT_EQ(partitionOf(one_by_one), partitionOf(batch));
+  EXPECT_EQ(one_by_one.information(), batch.information());
+}
+
+// Without ties; ties go by id, so there a permutation of ids may rightly change the merges.
+SceneOptions makeTieFree() {
+  SceneOptions options;
+  options.duplicate_share = 0.0;
+  return options;
+}
+
+ClusteringConfig makeTieFreeConfig() {
+  ClusteringConfig config = makePublishedConfig(0.05, 100, true, false);
+  config.delta = 0.02;
+  return config;
+}
+
+TEST_P(Seeds, PermutingPrimitivesChangesOnlyTheirIds) {
+  const ReferenceScene scene = makeScene(makeTieFree());
+  std::vector<NodeKey> keys;
+  for (const auto& [key, primitive] : scene.primitives) keys.push_back(key);
+  std::vector<NodeKey> renamed = keys;
+  std::mt19937 random(GetParam());
+  std::shuffle(renamed.begin(), renamed.end(), random);
+  ReferenceScene other;
+  other.tasks = scene.tasks;
+  std::map<NodeKey, NodeKey> original;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    other.primitives[renamed[i]] = scene.primitives.at(keys[i]);
+    original[renamed[i]] = keys[i];
+  }
+  auto clustering = makeClustering(scene, makeTieFreeConfig());
+  auto permuted = makeClustering(other, makeTieFreeConfig());
+  Partition back = partitionOf(permuted);
+  for (auto& members : back) {
+    for (NodeKey& key : members) key = original.at(key);
+    std::sort(members.begin(), members.end());
+  }
+  std::sort(back.begin(), back.end());
+  EXPECT_EQ(back, partitionOf(clustering));
+  EXPECT_LT(back.size(), 30u);
+}
+
+TEST_P(Seeds, PermutingTasksChangesOnlyTheirNumbers) {
+  ReferenceScene scene = makeScene(makeTieFree());
+  auto clustering = makeClustering(scene, makeTieFreeConfig());
+  scene.tasks = EmbeddingMatrix(scene.tasks.colwise().reverse());
+  auto permuted = makeClustering(scene, makeTieFreeConfig());
+  EXPECT_EQ(partitionOf(permuted), partitionOf(clustering));
+  EXPECT_NEAR(permuted.information(), clustering.information(), 1e-12);
+  for (const Cluster& cluster : clustering.clusters()) {
+    const auto id = permuted.clusterOf(cluster.members[0]);
+    for (const Cluster& other : permuted.clusters()) {
+      if (other.id != id) continue;
+      EXPECT_EQ(other.task, cluster.task == 0 ? 0 : 6 - cluster.task);
+    }
+  }
+}
+
+TEST_P(Seeds, ThreadsDoNotChangeResults) {
+  const ReferenceScene scene = makeScene();
+  ClusteringConfig config;
+  config.delta = 0.02;
+  auto one = makeClustering(scene, config);
+  config.num_threads = 4;
+  auto four = makeClustering(scene, config);
+  EXPECT_EQ(partitionOf(one), partitionOf(four));
+}
+
+TEST_P(Seeds, SizeInvariantClustersStayAsTheMapGrowsElsewhere) {
+  ReferenceScene scene = makeScene();
+  ClusteringConfig config;
+  config.normaliser = Normaliser::kSizeInvariant;
+  config.delta_bits = 0.2;
+  auto clustering = makeClustering(scene, config);
+  const Partition before = partitionOf(clustering);
+  SceneGenerator generator({}, GetParam() + 1);
+  for (NodeKey i = 0; i < 100; ++i) {
+    const auto primitive = generator.makePrimitive();
+    const Eigen::Vector3d far(1000.0 + 10.0 * static_cast<double>(i), 0, 0);
+    clustering.insert(10'000'000 + i, primitive.embedding,
+                      makeAabb(far, far + Eigen::Vector3d::Ones()));
+  }
+  Partition after = partitionOf(clustering);
+  after.resize(after.size() - 100);
+  EXPECT_EQ(after, before);
+}
+
+// The largest information that any partition into as many connected clusters keeps.
+double findBestKept(const ReferenceScene& scene, const ClusteringConfig& config,
+                    std::size_t num_clusters) {
+  const Eigen::MatrixXd p = test::computeDenseRelevance(scene, config);
+  const auto n = static_cast<std::size_t>(p.cols());
+  const Eigen::VectorXd uniform =
+      Eigen::VectorXd::Constant(p.rows(), 1.0 / static_cast<double>(p.rows()));
+  std::vector<std::size_t> label(n, 0);
+  double best = -1.0;
+  const std::function<void(std::size_t, std::size_t)> assign = [&](std::size_t i,
+                                                                   std::size_t used) {
+    if (i < n) {
+      for (label[i] = 0; label[i] <= std::min(used, num_clusters - 1); ++label[i]) {
+        assign(i + 1, std::max(used, label[i] + 1));
+      }
+      return;
+    }
+    if (used != num_clusters) return;
+    const auto count = static_cast<Eigen::Index>(num_clusters);
+    Eigen::VectorXd weights = Eigen::VectorXd::Zero(count);
+    Eigen::MatrixXd mixed = Eigen::MatrixXd::Zero(p.rows(), count);
+    for (std::size_t x = 0; x < n; ++x) {
+      weights[static_cast<Eigen::Index>(label[x])] += 1.0 / static_cast<double>(n);
+      mixed.col(static_cast<Eigen::Index>(label[x])) += p.col(static_cast<Eigen::Index>(x));
+    }
+    for (Eigen::Index c = 0; c < count; ++c) mixed.col(c) /= mixed.col(c).sum();
+    best = std::max(best, test::computeDenseInformation(weights, mixed, uniform));
+  };
+  assign(0, 0);
+  return best;
+}
+
+TEST_P(Seeds, ExhaustiveSearchOverPartitionsBoundsTheInformationKept) {
+  SceneOptions options;
+  options.num_primitives = 7;
+  options.mean_degree = 100.0;
+  const ReferenceScene scene = makeScene(options);
+  for (const double delta : {0.01, 0.05, 0.1, 0.2}) {
+    ClusteringConfig config;
+    config.delta = delta;
+    auto clustering = makeClustering(scene, config);
+    const ClusteringStatistics statistics = clustering.statistics();
+    const double best = findBestKept(scene, config, statistics.num_clusters);
+    EXPECT_LE(statistics.kept_bits, best + 1e-8);
+    EXPECT_GE(statistics.kept_bits, 0.8 * best);  // greedy, but not blind
+  }
+}
+
+TEST(EdgeCases, AllNullComponentsBecomeOneClusterEach) {
+  ClusteringConfig config;
+  for (const Prior prior : {Prior::kUniform, Prior::kMarginal}) {
+    config.prior = prior;
+    IncrementalClustering clustering(config, Adjacency::kGiven);
+    clustering.setTasks(EmbeddingMatrix::Identity(1, 3));
+    for (NodeKey key = 0; key < 6; ++key) clustering.insert(key, Embedding::Unit(3, 1));
+    clustering.insertEdge(0, 1);
+    clustering.insertEdge(1, 2);
+    clustering.insertEdge(4, 5);
+    EXPECT_EQ(partitionOf(clustering), (Partition{{0, 1, 2}, {3}, {4, 5}}));
+    for (const Cluster& cluster : clustering.clusters()) EXPECT_EQ(cluster.task, 0);
+  }
+}
+
+TEST(EdgeCases, NoTaskNoPrimitiveOnePrimitive) {
+  IncrementalClustering clustering({}, Adjacency::kBoxOverlap);
+  EXPECT_TRUE(clustering.clusters().empty());
+  EXPECT_EQ(clustering.information(), 0.0);
+  EXPECT_EQ(clustering.statistics().num_clusters, 0u);
+  const Aabb box = makeAabb({0, 0, 0}, {1, 1, 1});
+  clustering.insert(5, Embedding::Ones(4), box);
+  ASSERT_EQ(clustering.clusters().size(), 1u);
+  EXPECT_EQ(clustering.clusters()[0].relevance, (SparseMasses{{0, 1.0}}));
+  clustering.insert(6, Embedding::Unit(4, 2), box);
+  EXPECT_EQ(partitionOf(clustering), (Partition{{5, 6}}));  // both null: nothing to lose
+  clustering.setTasks(EmbeddingMatrix::Identity(2, 4));
+  EXPECT_EQ(clustering.clusters().size(), 2u);
+  clustering.erase(5);
+  clustering.erase(6);
+  EXPECT_TRUE(clustering.clusters().empty());
+}
+
+TEST(EdgeCases, OneHotPrimitivesOfOneTaskMergeForNothingAndOfTwoForTwoBits) {
+  ClusteringConfig config = makePublishedConfig(0.1, 1, true, true);
+  config.delta = 1.0;
+  auto clustering = makeFromScores({{1, 0}, {1, 0}, {0, 1}}, {{0, 1}, {1, 2}}, config);
+  const auto merges = clustering.mergeSequence();
+  ASSERT_EQ(merges.size(), 2u);
+  EXPECT_EQ(merges[0].d, 0.0);
+  EXPECT_NEAR(merges[1].d, computeMixingBits(2, 1) / 3.0, 1e-9);
+}
+
+TEST(EdgeCases, DuplicatesAreMergedForNothingWhateverTheDelta) {
+  SceneGenerator generator({}, 4);
+  const Embedding x = generator.makePrimitive().embedding;
+  ClusteringConfig config;
+  config.delta = 1e-12;
+  IncrementalClustering clustering(config, Adjacency::kBoxOverlap);
+  clustering.setTasks(generator.tasks());
+  const Aabb box = makeAabb({0, 0, 0}, {1, 1, 1});
+  for (NodeKey key = 0; key < 300; ++key) clustering.insert(key, x, box);
+  ASSERT_EQ(clustering.clusters().size(), 1u);
+  for (const Merge& merge : clustering.mergeSequence()) EXPECT_EQ(merge.d, 0.0);
+}
+
+}  // namespace
+}  // namespace task_scene_graph::bottleneck
