@@ -74,8 +74,11 @@ class EncodeTasks(unittest.TestCase):
         self.assertFalse(self.output.exists())
 
     def test_options_that_are_missing_or_unknown_are_named(self):
-        self.assertIn("--models is missing", self.run_program("--tasks", "x").stdout)
-        self.assertIn("unknown option '--taks'", self.run_program("--taks", "x").stdout)
+        for options, message in ((["--tasks", "x"], "the option '--models' is required"),
+                                 (["--taks", "x"], "unrecognised option '--taks'")):
+            done = self.run_program(*options)
+            self.assertEqual(done.returncode, 2)
+            self.assertIn(message, done.stdout)
 
 
 if __name__ == "__main__":
