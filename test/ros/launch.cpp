@@ -14,6 +14,9 @@ TEST(LaunchFile, RemappedTopicsReachTheChainAndTheMapIsSaved) {
   Recorder<msg::Tracks> tracks("/task_scene_graph/tracks");
   Recorder<msg::SceneGraph> graphs("/task_scene_graph/scene_graph");
   Robot robot;
+  // The last stage has started, so all have subscribed.
+  const std::string save_map = "/task_scene_graph/scene_graph/save_map";
+  ASSERT_TRUE(ros::service::waitForService(save_map, ros::Duration(60.0)));
   ASSERT_TRUE(tracks.waitForPublisher());
   ASSERT_TRUE(robot.waitForSubscribers(1));
   ASSERT_TRUE(robot.waitForSegmentationSubscribers(1));
@@ -26,7 +29,7 @@ TEST(LaunchFile, RemappedTopicsReachTheChainAndTheMapIsSaved) {
         << i;
   }
   std_srvs::Trigger save;
-  ASSERT_TRUE(ros::service::call("/task_scene_graph/scene_graph/save_map", save));
+  ASSERT_TRUE(ros::service::call(save_map, save));
   ASSERT_TRUE(save.response.success) << save.response.message;
   EXPECT_EQ(std::filesystem::path(save.response.message).filename(), "tsg_launch_test");
   const auto summary =

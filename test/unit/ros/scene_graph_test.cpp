@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "task_scene_graph/config/config.h"
 #include "task_scene_graph/ros/frame_matcher.h"
 #include "task_scene_graph/ros/mesh_markers.h"
 #include "task_scene_graph/ros/scene_graph_conversions.h"
