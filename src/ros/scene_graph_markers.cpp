@@ -80,16 +80,30 @@ class Painter {
   void paintObject(const scene_graph::SceneObject& object) {
     const Eigen::Vector3d node = liftObject(object);
     Marker& box = add("object_boxes", object.id.value, Marker::CUBE, 1.0,
-                      computeColor(object.task_index, 0.45F));
+                      computeColor(object.task_index, 0.15F));
     box.pose.position = toPoint(object.box.center());
     const Eigen::Vector3d size = object.box.sizes().cwiseMax(0.01);
     box.scale.x = size.x();
     box.scale.y = size.y();
     box.scale.z = size.z();
-    add("object_nodes", object.id.value, Marker::CUBE, 0.15, computeColor(object.task_index, 1.0F))
+    paintFrame(object);
+    add("object_nodes", object.id.value, Marker::CUBE, 0.12, computeColor(object.task_index, 1.0F))
         .pose.position = toPoint(node);
     addText("object_labels", object.id.value, node + Eigen::Vector3d(0.0, 0.0, 0.2), object.task,
             1.0);
+  }
+
+  /// The twelve edges of the object's box.
+  void paintFrame(const scene_graph::SceneObject& object) {
+    Marker& lines = add("object_frames", object.id.value, Marker::LINE_LIST, 0.015,
+                        computeColor(object.task_index, 1.0F));
+    for (int corner = 0; corner < 8; ++corner) {
+      for (int bit = 1; bit < 8; bit *= 2) {
+        if ((corner & bit) != 0) continue;
+        addLine(lines, object.box.corner(static_cast<Aabb::CornerType>(corner)),
+                object.box.corner(static_cast<Aabb::CornerType>(corner | bit)));
+      }
+    }
   }
 
   void paintObjectEdges() {

@@ -18,7 +18,7 @@ struct MarkerConfig {
   double object_lift_m = 2.5;
   double place_lift_m = 4.0;
   double region_lift_m = 6.5;
-  double text_height_m = 0.22;
+  double text_height_m = 0.16;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor& v) {
@@ -33,8 +33,8 @@ struct MarkerConfig {
 };
 
 /// The scene graph as markers for rviz, a namespace for each layer and kind, so that they can be
-/// switched on and off one by one: object_boxes, object_nodes, object_labels, object_edges, places,
-/// place_edges, regions, region_labels, region_edges, region_place_edges.
+/// switched on and off one by one: object_boxes, object_frames, object_nodes, object_labels,
+/// object_edges, places, place_edges, regions, region_labels, region_edges, region_place_edges.
 class SceneGraphMarkers {
  public:
   SceneGraphMarkers(const MarkerConfig& config, std::string world_frame)

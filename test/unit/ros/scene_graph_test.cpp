@@ -4,6 +4,7 @@
 #include <task_scene_graph/SceneGraphConfig.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -105,6 +106,16 @@ TEST(SceneGraphMarkers, BoxStaysAndNodesAreLifted) {
   ASSERT_NE(box, nullptr);
   EXPECT_EQ(box->scale.y, 2.0);
   EXPECT_EQ(box->pose.position.z, 1.5);
+  const Marker* frame = findMarker(array, "object_frames", 3);
+  ASSERT_NE(frame, nullptr);
+  EXPECT_EQ(frame->points.size(), 24U);
+  double length_m = 0.0;
+  for (std::size_t i = 0; i + 1 < frame->points.size(); i += 2) {
+    const auto& a = frame->points[i];
+    const auto& b = frame->points[i + 1];
+    length_m += std::abs(a.x - b.x) + std::abs(a.y - b.y) + std::abs(a.z - b.z);
+  }
+  EXPECT_DOUBLE_EQ(length_m, 4.0 * (1.0 + 2.0 + 3.0));
   const Marker* node = findMarker(array, "object_nodes", 3);
   ASSERT_NE(node, nullptr);
   EXPECT_DOUBLE_EQ(node->pose.position.z, 1.5 + config.object_lift_m);
