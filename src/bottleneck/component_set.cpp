@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 namespace task_scene_graph::bottleneck {
 namespace {
@@ -43,10 +44,10 @@ ComponentIndex ComponentSet::insert(std::vector<Slot> nodes, MergeTape tape) {
   return index;
 }
 
-void ComponentSet::erase(ComponentIndex index) {
+Component ComponentSet::release(ComponentIndex index) {
   delist(index);
-  table_[index] = Component();
   free_.push_back(index);
+  return std::exchange(table_[index], Component());
 }
 
 void ComponentSet::enlist(ComponentIndex index) {

@@ -156,6 +156,7 @@ void ClusteringEngine::updateRelevance(const std::vector<Slot>& slots) {
     if (!former.empty()) information_.remove(former);
     information_.add(relevance);
     former = std::move(relevance);
+    graph_[slot].is_changed = true;
     graph_.markTouched(slot);
     is_cut_stale_ = true;
   }
@@ -167,14 +168,14 @@ std::vector<Slot> ClusteringEngine::dissolve(const PrimitiveGraph::Touched& touc
     if (graph_[slot].is_alive && graph_[slot].component == kNoSlot) loose.push_back(slot);
   }
   for (const ComponentIndex index : touched.components) {
-    const Component& component = components_[index];
+    const Component& component = dissolved_[index] = components_.release(index);
     for (const Slot slot : component.nodes) {
       if (graph_[slot].component != index) continue;  // erased meanwhile
       graph_[slot].component = kNoSlot;
+      graph_[slot].former_component = index;
       loose.push_back(slot);
     }
     former_.insert(former_.end(), component.clusters.begin(), component.clusters.end());
-    components_.erase(index);
   }
   return loose;
 }
@@ -201,7 +202,7 @@ std::vector<std::vector<Slot>> ClusteringEngine::findComponents(const std::vecto
   return parts;
 }
 
-MergeTape ClusteringEngine::runTape(const std::vector<Slot>& nodes) const {
+AgglomerationProblem ClusteringEngine::makeProblem(const std::vector<Slot>& nodes) const {
   AgglomerationProblem problem;
   problem.relevance.reserve(nodes.size());
   for (std::uint32_t i = 0; i < nodes.size(); ++i) {
@@ -210,7 +211,50 @@ MergeTape ClusteringEngine::runTape(const std::vector<Slot>& nodes) const {
       if (i < local_[neighbour]) problem.edges.emplace_back(i, local_[neighbour]);
     }
   }
-  return agglomerate(problem);
+  return problem;
+}
+
+// The dissolved component that nearly all of these primitives were in, unchanged; none if following
+// its tape would not pay.
+const Component* ClusteringEngine::findFormer(const std::vector<Slot>& nodes) const {
+  constexpr std::size_t kMinSize = 500;
+  constexpr double kMinShare = 0.9;
+  if (nodes.size() < kMinSize) return nullptr;
+  std::map<ComponentIndex, std::size_t> counts;
+  for (const Slot slot : nodes) {
+    if (!graph_[slot].is_changed) ++counts[graph_[slot].former_component];
+  }
+  for (const auto& [index, count] : counts) {
+    const auto place = dissolved_.find(index);
+    if (place == dissolved_.end()) continue;
+    const auto size = static_cast<double>(std::max(nodes.size(), place->second.nodes.size()));
+    if (static_cast<double>(count) >= kMinShare * size) return &place->second;
+  }
+  return nullptr;
+}
+
+FormerRun ClusteringEngine::makeFormerRun(const Component& former,
+                                          const std::vector<Slot>& nodes) const {
+  FormerRun run;
+  run.tape = former.tape;
+  run.index_of.assign(former.nodes.size(), FormerRun::kGone);
+  run.is_changed.assign(nodes.size(), true);
+  for (std::uint32_t i = 0; i < former.nodes.size(); ++i) {
+    const Slot slot = former.nodes[i];
+    const bool was_there = graph_[slot].is_alive && graph_[slot].former_component != kNoSlot;
+    if (!was_there) continue;
+    const std::uint32_t present = local_[slot];
+    if (present >= nodes.size() || nodes[present] != slot) continue;  // in another part now
+    run.index_of[i] = present;
+    run.is_changed[present] = graph_[slot].is_changed;
+  }
+  return run;
+}
+
+MergeTape ClusteringEngine::runTape(const std::vector<Slot>& nodes) const {
+  const AgglomerationProblem problem = makeProblem(nodes);
+  const Component* former = findFormer(nodes);
+  return former ? reagglomerate(problem, makeFormerRun(*former, nodes)) : agglomerate(problem);
 }
 
 std::vector<ComponentIndex> ClusteringEngine::rebuild(std::vector<std::vector<Slot>> parts) {
@@ -224,8 +268,13 @@ std::vector<ComponentIndex> ClusteringEngine::rebuild(std::vector<std::vector<Sl
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const std::vector<Slot> nodes = parts[i];
     rerun.push_back(components_.insert(std::move(parts[i]), std::move(tapes[i])));
-    for (const Slot slot : nodes) graph_[slot].component = rerun.back();
+    for (const Slot slot : nodes) {
+      graph_[slot].component = rerun.back();
+      graph_[slot].former_component = kNoSlot;
+      graph_[slot].is_changed = false;
+    }
   }
+  dissolved_.clear();
   return rerun;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <map>
 #include <set>
 #include <vector>
 
@@ -52,6 +53,9 @@ class ClusteringEngine {
   std::vector<Slot> dissolve(const PrimitiveGraph::Touched& touched);
   std::vector<std::vector<Slot>> findComponents(const std::vector<Slot>& loose);
   std::vector<ComponentIndex> rebuild(std::vector<std::vector<Slot>> parts);
+  AgglomerationProblem makeProblem(const std::vector<Slot>& nodes) const;
+  const Component* findFormer(const std::vector<Slot>& nodes) const;
+  FormerRun makeFormerRun(const Component& former, const std::vector<Slot>& nodes) const;
   MergeTape runTape(const std::vector<Slot>& nodes) const;
   void nameClusters(const std::vector<ComponentIndex>& rerun);
   Cluster makeCluster(std::uint32_t entry, const std::vector<Slot>& members);
@@ -68,11 +72,12 @@ class ClusteringEngine {
   bool is_relevance_stale_ = false;
   bool is_cut_stale_ = false;
   std::vector<Slot> pending_scores_;
-  std::vector<std::uint32_t> former_;  // clusters of dissolved components
-  std::vector<std::uint32_t> local_;   // by slot: position in its component, while running
-  std::vector<double> dense_;          // by task: scratch
-  ClusteringStatistics times_;         // its times only
-  std::set<std::uint64_t> changed_;    // not yet reported
+  std::vector<std::uint32_t> former_;              // clusters of dissolved components
+  std::map<ComponentIndex, Component> dissolved_;  // until their primitives have new ones
+  std::vector<std::uint32_t> local_;  // by slot: position in its component, while running
+  std::vector<double> dense_;         // by task: scratch
+  ClusteringStatistics times_;        // its times only
+  std::set<std::uint64_t> changed_;   // not yet reported
   std::set<std::uint64_t> removed_;
 };
 

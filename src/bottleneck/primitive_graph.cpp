@@ -70,6 +70,7 @@ bool PrimitiveGraph::update(Slot slot, const Embedding& embedding, const Aabb& b
 void PrimitiveGraph::erase(Slot slot) {
   markTouched(slot);
   unindexBox(slot);
+  table_[slot].is_changed = true;
   const std::vector<Slot> neighbours = table_[slot].neighbours;
   for (const Slot neighbour : neighbours) unlink(slot, neighbour);
   slots_.erase(table_[slot].key);
@@ -140,18 +141,23 @@ bool PrimitiveGraph::eraseEdge(Slot a, Slot b) {
   return true;
 }
 
+// A changed edge needs one changed end.
+void PrimitiveGraph::markEdge(Slot a, Slot b) {
+  if (!table_[b].is_changed) table_[a].is_changed = true;
+  markTouched(a);
+  markTouched(b);
+}
+
 void PrimitiveGraph::link(Slot a, Slot b) {
   insertSorted(table_[a].neighbours, b);
   insertSorted(table_[b].neighbours, a);
-  markTouched(a);
-  markTouched(b);
+  markEdge(a, b);
 }
 
 void PrimitiveGraph::unlink(Slot a, Slot b) {
   eraseSorted(table_[a].neighbours, b);
   eraseSorted(table_[b].neighbours, a);
-  markTouched(a);
-  markTouched(b);
+  markEdge(a, b);
 }
 
 Slot PrimitiveGraph::find(NodeKey key) const {

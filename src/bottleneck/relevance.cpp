@@ -8,7 +8,7 @@
 namespace task_scene_graph::bottleneck {
 namespace {
 
-constexpr int kTileWidth = 8;
+constexpr int kTileWidth = 16;  // as many sums in registers as hide the latency of one
 using Tile = Eigen::Array<double, kTileWidth, 1>;
 
 // One accumulator per task, summed in order of dimension: no other task changes a task's score.

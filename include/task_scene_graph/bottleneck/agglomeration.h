@@ -42,4 +42,23 @@ struct AgglomerationProblem {
 /// `hub_degree`.
 MergeTape agglomerate(const AgglomerationProblem& problem);
 
+/// An earlier run over much the same graph.
+struct FormerRun {
+  static constexpr std::uint32_t kGone = ~std::uint32_t{0};
+
+  MergeTape tape;                       ///< to the end, of the former primitives' indices
+  std::vector<std::uint32_t> index_of;  ///< former index -> present one, ascending; or kGone
+  std::vector<bool> is_changed;         ///< N: primitives that are new, or of other relevance
+};
+
+/// The same tape as agglomerate(problem), following the former run where it still holds. Of each
+/// edge that one run has and the other has not, at least one end must be changed (or gone).
+///
+/// As long as two clusters hold the same, unchanged primitives in both runs, so do their costs: the
+/// former tape says in which order such pairs are merged, and nothing of them is priced. Only
+/// clusters that have no counterpart at that moment are priced: those of changed primitives, and
+/// those that what has changed makes merge sooner or later than before, until both runs agree on
+/// them again.
+MergeTape reagglomerate(const AgglomerationProblem& problem, const FormerRun& former);
+
 }  // namespace task_scene_graph::bottleneck

@@ -32,7 +32,8 @@ std::vector<std::uint32_t> findClusterRoots(const Component& component);
 class ComponentSet {
  public:
   ComponentIndex insert(std::vector<Slot> nodes, MergeTape tape);
-  void erase(ComponentIndex index);
+  /// Takes a component out.
+  Component release(ComponentIndex index);
   /// Cuts every tape at its first cost that is not below `limit`; returns the components whose cut
   /// moved, ascending. O(components that move x log): the others are not looked at.
   std::vector<ComponentIndex> recut(std::int64_t limit);

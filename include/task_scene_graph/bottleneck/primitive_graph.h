@@ -39,9 +39,11 @@ class PrimitiveGraph {
     SparseMasses relevance;        ///< p(y|x); filled by the engine
     std::vector<Slot> neighbours;  ///< ascending by slot
     std::uint32_t component = kNoSlot;
+    std::uint32_t former_component = kNoSlot;  ///< while its component is being found anew
     std::uint32_t cluster = kNoSlot;
     bool is_alive = false;
     bool is_box_pending = false;    ///< its overlaps are not looked up yet
+    bool is_changed = true;         ///< since its component's tape was made: see FormerRun
     bool is_score_pending = false;  ///< its scores are not those of its embedding yet
   };
 
@@ -82,6 +84,7 @@ class PrimitiveGraph {
  private:
   void setPendingBox(Slot slot, const Aabb& box);
   void unindexBox(Slot slot);
+  void markEdge(Slot a, Slot b);
   void link(Slot a, Slot b);
   void unlink(Slot a, Slot b);
   void relink(Slot slot, const std::vector<Slot>& overlapping);

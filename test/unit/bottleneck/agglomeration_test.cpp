@@ -131,6 +131,100 @@ TEST(Agglomeration, LargeGraphsDoNotDependOnTheHubDegree) {
   }
 }
 
+// A problem with some primitives erased, some of other relevance, some new, some edges changed.
+struct ChangedProblem {
+  RandomProblem present;
+  FormerRun former;
+};
+
+ChangedProblem change(const RandomProblem& problem, int num_changes, std::mt19937& random) {
+  const auto count = static_cast<std::uint32_t>(problem.relevance.size());
+  std::vector<SparseMasses> relevance = problem.relevance;
+  std::vector<bool> is_gone(count, false);
+  std::vector<bool> is_changed(count, false);
+  std::set<Edge> edges(problem.edges.begin(), problem.edges.end());
+  std::vector<std::vector<std::uint32_t>> inserted(count +
+                                                   1);  // before which former one: neighbours
+  for (int i = 0; i < num_changes; ++i) {
+    const auto x = static_cast<std::uint32_t>(random() % count);
+    const auto y = static_cast<std::uint32_t>(random() % count);
+    switch (random() % 5) {
+      case 0:
+        is_gone[x] = true;
+        break;
+      case 1:
+        relevance[x] = makeRelevance(random, 0.3, 6);
+        is_changed[x] = true;
+        break;
+      case 2:
+        if (x != y) {
+          const Edge edge = std::minmax(x, y);
+          if (edges.erase(edge) == 0) edges.insert(edge);
+          is_changed[x] = true;
+        }
+        break;
+      default:
+        for (int k = 0; k < 4; ++k) {
+          const auto near = y + static_cast<std::uint32_t>(random() % 9);
+          inserted[x].push_back(std::min(count - 1, near));
+        }
+    }
+  }
+  ChangedProblem changed;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> links;  // present, former
+  for (std::uint32_t i = 0; i <= count; ++i) {
+    if (!inserted[i].empty()) {
+      for (const std::uint32_t former : inserted[i]) {
+        links.emplace_back(static_cast<std::uint32_t>(changed.present.relevance.size()), former);
+      }
+      changed.present.relevance.push_back(makeRelevance(random, 0.3, 6));
+      changed.former.is_changed.push_back(true);
+    }
+    if (i == count) break;
+    const auto index = static_cast<std::uint32_t>(changed.present.relevance.size());
+    changed.former.index_of.push_back(is_gone[i] ? FormerRun::kGone : index);
+    if (is_gone[i]) continue;
+    changed.present.relevance.push_back(relevance[i]);
+    changed.former.is_changed.push_back(is_changed[i]);
+  }
+  std::set<Edge> present;
+  const auto& index_of = changed.former.index_of;
+  for (const auto& [a, b] : edges) {
+    if (!is_gone[a] && !is_gone[b]) present.emplace(index_of[a], index_of[b]);
+  }
+  for (const auto& [x, former] : links) {
+    if (!is_gone[former]) present.insert(std::minmax(x, index_of[former]));
+  }
+  changed.present.edges.assign(present.begin(), present.end());
+  return changed;
+}
+
+TEST_P(HubDegrees, FollowingAFormerRunGivesTheTapeOfAFreshOne) {
+  for (std::uint32_t seed = 0; seed < 300; ++seed) {
+    std::mt19937 random(seed);
+    const RandomProblem problem = makeProblem(seed, 10 + seed % 150, 0.3 * (seed % 4), seed % 5);
+    ChangedProblem changed = change(problem, static_cast<int>(seed % 7), random);
+    changed.former.tape = agglomerate(problem.problem(GetParam()));
+    const MergeTape fresh = agglomerate(changed.present.problem(1000000));
+    ASSERT_EQ(
+        findDifference(reagglomerate(changed.present.problem(GetParam()), changed.former), fresh),
+        "")
+        << "seed " << seed;
+  }
+}
+
+TEST(Agglomeration, FollowingAFormerRunOfALargeGraphGivesTheTapeOfAFreshOne) {
+  for (std::uint32_t seed = 0; seed < 4; ++seed) {
+    std::mt19937 random(seed);
+    const RandomProblem problem = makeProblem(seed, 3000, 0.4, 4);
+    ChangedProblem changed = change(problem, 3, random);
+    changed.former.tape = agglomerate(problem.problem(64));
+    EXPECT_EQ(findDifference(reagglomerate(changed.present.problem(64), changed.former),
+                             agglomerate(changed.present.problem(64))),
+              "");
+  }
+}
+
 TEST(Agglomeration, ThousandsOfZeroCostTiesAreMergedInOrderOfIds) {
   RandomProblem problem;
   problem.relevance.assign(5000, {{0, 1.0}});

@@ -150,6 +150,34 @@ TEST_P(ClusteringVariants, IncrementalEqualsBatchAtEveryMoment) {
 INSTANTIATE_TEST_SUITE_P(Configurations, ClusteringVariants, testing::ValuesIn(makeVariants()),
                          [](const auto& variant) { return variant.param.name; });
 
+// Large enough for the engine to follow former tapes.
+TEST(Clustering, LargeComponentsChangedBitByBitEqualABatchRun) {
+  SceneOptions options;
+  options.num_primitives = 900;
+  options.mean_degree = 12.0;
+  SceneGenerator generator(options, 12);
+  ReferenceScene scene = generator.makeScene();
+  ClusteringConfig config;
+  config.delta = 1e-4;
+  IncrementalClustering clustering = makeClustering(scene, config);
+  for (int step = 0; step < 40; ++step) {
+    for (int i = generator.uniformInt(1, 4); i > 0; --i) change(generator, scene, clustering);
+    IncrementalClustering batch = makeClustering(scene, config);
+    ASSERT_EQ(partitionOf(clustering), partitionOf(batch)) << "step " << step;
+    for (IncrementalClustering* each : {&clustering, &batch}) each->setDelta(1.0);
+    const std::vector<Merge> ours = clustering.mergeSequence();
+    const std::vector<Merge> theirs = batch.mergeSequence();
+    ASSERT_EQ(ours.size(), theirs.size());
+    EXPECT_GT(ours.size(), 800u);
+    for (std::size_t i = 0; i < ours.size(); ++i) {
+      ASSERT_EQ(ours[i].a, theirs[i].a) << "step " << step << ", merge " << i;
+      ASSERT_EQ(ours[i].b, theirs[i].b) << "step " << step << ", merge " << i;
+      ASSERT_EQ(ours[i].d, theirs[i].d) << "step " << step << ", merge " << i;
+    }
+    clustering.setDelta(config.delta);
+  }
+}
+
 TEST(Clustering, EverySetterGivesWhatABatchRunWithThatConfigurationGives) {
   SceneGenerator generator({}, 3);
   ReferenceScene scene = generator.makeScene();
