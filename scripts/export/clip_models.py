@@ -70,11 +70,11 @@ def load(choice, weights, package, random_weights, images):
         try:
             import open_clip  # noqa: F401
             return load_open_clip(choice, weights, random_weights, images)
-        except ImportError:
-            if package:
-                raise SystemExit("open_clip is not installed in this Python (pip install open_clip_torch)")
+        except ImportError as error:
+            if package or choice.openai_name is None:
+                raise SystemExit("open_clip cannot be imported (pip install open_clip_torch): %s" % error)
     if choice.openai_name is None:
-        raise SystemExit("%s needs open_clip (pip install open_clip_torch)" % choice.open_clip_name)
+        raise SystemExit("OpenAI's clip has no %s, use open_clip" % choice.open_clip_name)
     return load_openai(choice, weights, random_weights)
 
 
@@ -107,8 +107,8 @@ def load_openai(choice, weights, random_weights):
     try:
         import clip
         from clip.clip import _transform
-    except ImportError:
-        raise SystemExit("neither open_clip nor OpenAI's clip is installed in this Python (pip install open_clip_torch)")
+    except ImportError as error:
+        raise SystemExit("neither open_clip nor OpenAI's clip can be imported (pip install open_clip_torch): %s" % error)
     if random_weights:
         model = build_random_openai(clip, choice.openai_name)
         preprocess = _transform(model.visual.input_resolution)
