@@ -9,7 +9,7 @@
 
 #include "hub.h"
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 namespace {
 
 using Index = std::uint32_t;
@@ -602,4 +602,4 @@ MergeTape agglomerate(const AgglomerationProblem& problem) {
   return agglomeration.run();
 }
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

@@ -5,7 +5,7 @@
 #include <numeric>
 #include <stdexcept>
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 namespace {
 
 constexpr int kTileWidth = 16;  // as many sums in registers as hide the latency of one
@@ -100,4 +100,4 @@ SparseMasses computeRelevance(const std::vector<double>& scores, const Clusterin
   return toDistribution(masses);  // Eq. 5
 }
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "task_scene_graph/ros/message_conversions.h"
 
+#include <boost/make_shared.hpp>
 #include <cstring>
 
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/image_conversions.h"
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 namespace {
 
 Track toTrack(const msg::Track& message) {
@@ -182,4 +183,4 @@ msg::PlaceGraphPtr toMessage(const PlaceGraph& graph, const std::string& world_f
   return message;
 }
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

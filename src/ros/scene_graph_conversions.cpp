@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "task_scene_graph/ros/scene_graph_conversions.h"
 
+#include <boost/make_shared.hpp>
+
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/message_conversions.h"
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 namespace {
 
 template <typename Ids>
@@ -126,4 +128,4 @@ scene_graph::SceneGraph fromMessage(const msg::SceneGraph& message) {
   return graph;
 }
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cv_bridge/cv_bridge.h>
 
+#include <boost/make_shared.hpp>
+
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/image_conversions.h"
 #include "task_scene_graph/ros/message_conversions.h"
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 namespace {
 
 EmbeddingMatrix toRows(const msg::Segmentation& message, const std::string& topic) {
@@ -65,4 +67,4 @@ msg::SegmentationPtr toMessage(const Segmentation& segmentation, const std::stri
   return message;
 }
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

@@ -19,7 +19,7 @@
 
 namespace {
 
-using namespace task_scene_graph;
+using namespace tsg;
 using bottleneck::Adjacency;
 using bottleneck::ClusteringConfig;
 using bottleneck::IncrementalClustering;

@@ -4,13 +4,14 @@
 #include <gtest/gtest.h>
 #include <ros/serialization.h>
 
+#include <boost/make_shared.hpp>
 #include <boost/weak_ptr.hpp>
 #include <random>
 
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/image_conversions.h"
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 namespace {
 
 template <typename Action>
@@ -253,4 +254,4 @@ TEST(GeometryConversion, RotatedBoxIsEnclosed) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface
