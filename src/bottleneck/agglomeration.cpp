@@ -144,6 +144,12 @@ Agglomeration::Agglomeration(const AgglomerationProblem& problem)
   std::iota(parents_.begin(), parents_.end(), 0u);
   masses_.reserve(problem.relevance.size());
   for (const SparseMasses* relevance : problem.relevance) masses_.push_back(*relevance);
+  std::vector<std::size_t> degrees(neighbours_.size(), 0);
+  for (const auto& [a, b] : problem.edges) {
+    ++degrees[a];
+    ++degrees[b];
+  }
+  for (std::size_t i = 0; i < degrees.size(); ++i) neighbours_[i].reserve(degrees[i]);
   for (const auto& [a, b] : problem.edges) {
     neighbours_[a].push_back(b);
     neighbours_[b].push_back(a);
@@ -202,13 +208,14 @@ void Agglomeration::connect(Index u, Index v) {
 void Agglomeration::deferEdge(Index owner, Index neighbour, double cost) {
   const Index index = hub_of_[owner];
   Hub& hub = hubs_[index];
-  hub.defer(hub.price(cost, neighbour, versions_[neighbour], counts_[neighbour]));
+  const Hub::Edge edge = hub.price(cost, neighbour, versions_[neighbour], counts_[neighbour]);
+  hub.defer(edge);
   if (hub_of_[neighbour] != kNoHub) hubs_[hub_of_[neighbour]].elders.push_back(owner);
   if (hub.numDeferred() > hub.size_limit) {
     hub.dropIf([this](const Hub::Edge& e) { return versions_[e.neighbour] != e.version; });
     hub.size_limit = 2 * hub.numDeferred() + 256;
   }
-  if (hub.bound() < hub.listed_bound) listBound(index);
+  if (hub.boundOf(edge) < hub.listed_bound) listBound(index);
 }
 
 void Agglomeration::listBound(Index hub) {
@@ -316,6 +323,7 @@ void Agglomeration::connectAll(Index cluster, const std::vector<Index>& neighbou
 void Agglomeration::mergeSmall(Index a, Index b, bool is_equal) {
   uniteClusters(a, b, is_equal);
   std::vector<Index> joined;
+  joined.reserve(neighbours_[a].size() + neighbours_[b].size());
   appendUnmarked(neighbours_[a], joined);
   appendUnmarked(neighbours_[b], joined);
   std::vector<Index>().swap(neighbours_[b]);
