@@ -4,7 +4,7 @@
 
 #include "agglomeration_run.h"
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 
 bool isSameDistribution(const SparseMasses& a, double count_a, const SparseMasses& b,
                         double count_b) {
@@ -274,4 +274,4 @@ MergeTape agglomerate(const AgglomerationProblem& problem) {
   return agglomeration.run();
 }
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

@@ -10,7 +10,7 @@
 #include "hub.h"
 #include "task_scene_graph/bottleneck/agglomeration.h"
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 
 using Index = std::uint32_t;
 constexpr Index kDead = ~Index{0};
@@ -123,4 +123,4 @@ class Agglomeration {
   MergeTape tape_;
 };
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

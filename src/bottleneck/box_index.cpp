@@ -6,7 +6,7 @@
 #include <boost/geometry/index/rtree.hpp>
 #include <iterator>
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 namespace {
 
 namespace bg = boost::geometry;
@@ -68,4 +68,4 @@ std::vector<std::uint32_t> BoxIndex::findOverlapping(const Aabb& box) const {
   return ids;
 }
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 namespace {
 
 constexpr std::uint32_t kNone = ~std::uint32_t{0};
@@ -203,4 +203,4 @@ const ClusterRegistry::Entry& ClusterRegistry::find(std::uint64_t id) const {
   throw std::out_of_range("there is no cluster " + std::to_string(id));
 }
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

@@ -3,7 +3,7 @@
 
 #include "engine.h"
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 
 IncrementalClustering::IncrementalClustering(const ClusteringConfig& config, Adjacency adjacency)
     : engine_(std::make_unique<ClusteringEngine>(config, adjacency)) {}
@@ -113,4 +113,4 @@ ClusteringStatistics IncrementalClustering::statistics() {
   return engine_->computeStatistics();
 }
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

@@ -5,7 +5,7 @@
 #include <numeric>
 #include <utility>
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 namespace {
 
 std::vector<std::int64_t> computeWorst(const MergeTape& tape) {
@@ -91,4 +91,4 @@ void ComponentSet::setClusters(ComponentIndex index, std::vector<std::uint32_t> 
   table_[index].clusters = std::move(clusters);
 }
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

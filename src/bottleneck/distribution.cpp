@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 namespace {
 
 constexpr double kBitsPerNat = 1.4426950408889634074;
@@ -71,4 +71,4 @@ double computeMergeCost(const SparseMasses& a, double count_a, const SparseMasse
 
 std::int64_t roundCost(double cost) { return std::llround(cost / kCostUnit); }
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

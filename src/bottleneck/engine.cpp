@@ -11,7 +11,7 @@
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/core/parallel.h"
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 namespace {
 
 class Stopwatch {
@@ -379,4 +379,4 @@ std::vector<Merge> ClusteringEngine::makeMergeSequence() const {
   return merges;
 }
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

@@ -12,7 +12,7 @@
 #include "task_scene_graph/bottleneck/primitive_graph.h"
 #include "task_scene_graph/bottleneck/relevance.h"
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 
 class ClusteringEngine {
  public:
@@ -81,4 +81,4 @@ class ClusteringEngine {
   std::set<std::uint64_t> removed_;
 };
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

@@ -6,7 +6,7 @@
 
 #include "engine.h"
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 namespace {
 
 int findBestTask(const SparseMasses& masses) {
@@ -173,4 +173,4 @@ ClusteringStatistics ClusteringEngine::computeStatistics() const {
   return statistics;
 }
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -114,4 +114,4 @@ void Hub::dropIf(const std::function<bool(const Edge&)>& is_outdated) {
   }
 }
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

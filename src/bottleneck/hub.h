@@ -9,7 +9,7 @@
 
 #include "task_scene_graph/bottleneck/distribution.h"
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 
 /// The edges of a cluster with many neighbours, priced anew only when they may have become the
 /// best.
@@ -70,4 +70,4 @@ class Hub {
   std::size_t num_deferred_ = 0;
 };
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

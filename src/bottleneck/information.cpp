@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 namespace {
 
 constexpr double kCoarseSteps = 1073741824.0;  // 2^30
@@ -69,4 +69,4 @@ std::int64_t MergeRule::findLimit() const {
   return limit;
 }
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

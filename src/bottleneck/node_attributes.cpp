@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 namespace {
 
 using nlohmann::json;
@@ -215,4 +215,4 @@ json mergeAttributes(const std::vector<const json*>& members) {
   return merged;
 }
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

@@ -8,7 +8,7 @@
 #include "task_scene_graph/core/box.h"
 #include "task_scene_graph/core/embedding.h"
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 
 /// @throws std::runtime_error saying what is wrong with `bounding_box`.
 Aabb readBox(const nlohmann::json& attributes);
@@ -21,4 +21,4 @@ Eigen::Vector3d readPosition(const nlohmann::json& attributes);
 /// What has no meaningful union is the first one's.
 nlohmann::json mergeAttributes(const std::vector<const nlohmann::json*>& members);
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

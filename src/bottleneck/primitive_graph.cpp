@@ -5,7 +5,7 @@
 #include <iterator>
 #include <stdexcept>
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 namespace {
 
 bool insertSorted(std::vector<Slot>& list, Slot value) {
@@ -187,4 +187,4 @@ PrimitiveGraph::Touched PrimitiveGraph::takeTouched() {
   return taken;
 }
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

@@ -4,7 +4,7 @@
 
 #include "agglomeration_run.h"
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 namespace {
 
 // Follows a former run. A cluster of this run is in step while the former run, as far as it has
@@ -230,4 +230,4 @@ MergeTape reagglomerate(const AgglomerationProblem& problem, const FormerRun& fo
   return Reagglomeration(problem, former).run();
 }
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <stdexcept>
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 namespace {
 
 // Four doubles that the compiler maps to whatever registers there are (GCC and Clang).
@@ -123,4 +123,4 @@ SparseMasses computeRelevance(const std::vector<double>& scores, const Clusterin
   return toDistribution(masses);  // Eq. 5
 }
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

@@ -14,7 +14,7 @@
 
 #include "node_attributes.h"
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 namespace {
 
 using nlohmann::json;
@@ -286,4 +286,4 @@ void SceneGraphFile::replaceObjects(const std::vector<Cluster>& clusters,
 
 void SceneGraphFile::write(std::ostream& out) const { out << content_->graph << '\n'; }
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

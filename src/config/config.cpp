@@ -6,7 +6,7 @@
 #include <numeric>
 #include <sstream>
 
-namespace task_scene_graph::config {
+namespace tsg::config {
 namespace {
 
 std::string joinLines(const std::string& where, const std::vector<std::string>& violations) {
@@ -116,4 +116,4 @@ void throwIfAny(const std::string& where, const std::vector<std::string>& violat
 }
 
 }  // namespace internal
-}  // namespace task_scene_graph::config
+}  // namespace tsg::config

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <tuple>
 
-namespace task_scene_graph {
+namespace tsg {
 namespace {
 
 void require(bool ok, const char* field, double value, const char* expected) {
@@ -33,4 +33,4 @@ void CameraModel::validate() const {
 
 bool operator==(const CameraModel& a, const CameraModel& b) { return asTuple(a) == asTuple(b); }
 
-}  // namespace task_scene_graph
+}  // namespace tsg

@@ -9,7 +9,7 @@
 #include <fstream>
 #include <stdexcept>
 
-namespace task_scene_graph {
+namespace tsg {
 namespace fs = std::filesystem;
 namespace {
 
@@ -61,4 +61,4 @@ void writeFileAtomically(const fs::path& path, const std::function<void(std::ost
   if (error) fail(path, error.message());
 }
 
-}  // namespace task_scene_graph
+}  // namespace tsg

@@ -4,7 +4,7 @@
 #include <sstream>
 #include <stdexcept>
 
-namespace task_scene_graph {
+namespace tsg {
 namespace {
 
 template <typename... Parts>
@@ -70,4 +70,4 @@ void Segmentation::validate() const {
   if (!image_embedding.allFinite()) fail("the image embedding has a value that is not finite");
 }
 
-}  // namespace task_scene_graph
+}  // namespace tsg

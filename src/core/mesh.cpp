@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "task_scene_graph/core/mesh.h"
 
-namespace task_scene_graph {
+namespace tsg {
 
 void Mesh::append(const Mesh& other) {
   const auto offset = static_cast<std::uint32_t>(vertices.size());
@@ -19,4 +19,4 @@ Aabb Mesh::computeBounds() const {
   return bounds;
 }
 
-}  // namespace task_scene_graph
+}  // namespace tsg

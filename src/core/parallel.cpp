@@ -6,7 +6,7 @@
 #include <mutex>
 #include <opencv2/core/utility.hpp>
 
-namespace task_scene_graph {
+namespace tsg {
 
 void parallelFor(std::size_t count, int num_threads, const std::function<void(std::size_t)>& body) {
   if (num_threads <= 1 || count <= 1) {
@@ -29,4 +29,4 @@ void parallelFor(std::size_t count, int num_threads, const std::function<void(st
   if (error) std::rethrow_exception(error);
 }
 
-}  // namespace task_scene_graph
+}  // namespace tsg

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace task_scene_graph {
+namespace tsg {
 namespace {
 
 double computeNearestRank(const std::vector<double>& sorted, double quantile) {
@@ -34,4 +34,4 @@ std::map<std::string, TimeSummary> StageTimes::summarize() const {
   return summaries;
 }
 
-}  // namespace task_scene_graph
+}  // namespace tsg

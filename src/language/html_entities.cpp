@@ -13,7 +13,7 @@
 
 #include "unicode.h"
 
-namespace task_scene_graph::language {
+namespace tsg::language {
 namespace {
 
 // HTML 4.01, section 24. The first list counts up from U+00A0.
@@ -140,7 +140,8 @@ bool isDroppedControl(std::uint32_t number) {
 }
 
 icu::UnicodeString decodeNumber(std::uint32_t number) {
-  if (number == 0 || U_IS_SURROGATE(number) || number > 0x10ffff) return icu::UnicodeString(UChar32{0xfffd});
+  if (number == 0 || U_IS_SURROGATE(number) || number > 0x10ffff)
+    return icu::UnicodeString(UChar32{0xfffd});
   if (isDroppedControl(number) || isNonCharacter(number)) return {};
   return icu::UnicodeString(decodeWindows1252(static_cast<UChar32>(number)));
 }
@@ -211,4 +212,4 @@ icu::UnicodeString unescapeClearHtml(const icu::UnicodeString& text) {
   });
 }
 
-}  // namespace task_scene_graph::language
+}  // namespace tsg::language

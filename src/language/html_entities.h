@@ -7,7 +7,7 @@
 ///
 /// deviation: of the 2231 names of HTML 5 only those of HTML 4 (252), `apos` and the capital forms
 /// AMP, COPY, GT, LT, QUOT, REG, TRADE are known; text with another one is left as it is.
-namespace task_scene_graph::language {
+namespace tsg::language {
 
 /// Replaces references as a browser does: "&amp;", "&#233;", "&#xe9;", also without the semicolon
 /// where old HTML allowed that ("&eacute", "&ampx" = "&x"). Numbers that stand for no character are
@@ -18,4 +18,4 @@ icu::UnicodeString unescapeHtml(const icu::UnicodeString& text);
 /// capitals stand for capital letters ("&NTILDE;"). O(length).
 icu::UnicodeString unescapeClearHtml(const icu::UnicodeString& text);
 
-}  // namespace task_scene_graph::language
+}  // namespace tsg::language

@@ -3,7 +3,7 @@
 
 #include <stdexcept>
 
-namespace task_scene_graph::language {
+namespace tsg::language {
 namespace {
 
 const std::string& placeholder() {
@@ -65,4 +65,4 @@ EmbeddingMatrix averageGroups(const EmbeddingMatrix& embeddings, int group_size)
   return normalizeRows(std::move(means));
 }
 
-}  // namespace task_scene_graph::language
+}  // namespace tsg::language

@@ -10,7 +10,7 @@
 #include "text_repair.h"
 #include "unicode.h"
 
-namespace task_scene_graph::language {
+namespace tsg::language {
 namespace {
 
 icu::UnicodeString collapseWhiteSpace(const icu::UnicodeString& text) {
@@ -56,4 +56,4 @@ std::vector<std::string> splitWords(const std::string& clean_utf8_text) {
   return words;
 }
 
-}  // namespace task_scene_graph::language
+}  // namespace tsg::language

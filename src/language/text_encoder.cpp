@@ -7,7 +7,7 @@
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/language/prompts.h"
 
-namespace task_scene_graph::language {
+namespace tsg::language {
 namespace {
 
 using segmentation::InferenceError;
@@ -134,4 +134,4 @@ void TextEncoder::checkValues(const EmbeddingMatrix& embeddings,
   }
 }
 
-}  // namespace task_scene_graph::language
+}  // namespace tsg::language

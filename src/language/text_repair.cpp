@@ -6,7 +6,7 @@
 #include "html_entities.h"
 #include "unicode.h"
 
-namespace task_scene_graph::language {
+namespace tsg::language {
 namespace {
 
 bool isIn(UChar32 code_point, UChar32 first, UChar32 last) {
@@ -95,4 +95,4 @@ icu::UnicodeString repairText(const icu::UnicodeString& text) {
   return result;
 }
 
-}  // namespace task_scene_graph::language
+}  // namespace tsg::language

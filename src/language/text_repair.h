@@ -7,7 +7,7 @@
 ///
 /// deviation: mojibake (text decoded with the wrong character set, "cafÃ©" for "café") is not
 /// repaired: ftfy guesses there, by statistics.
-namespace task_scene_graph::language {
+namespace tsg::language {
 
 /// Line by line, until nothing changes: HTML references decoded (not in or after a line with '<'),
 /// C1 controls read as Windows-1252, Latin ligatures taken apart, full and half width made normal,
@@ -15,4 +15,4 @@ namespace task_scene_graph::language {
 /// removed, NFC. O(length).
 icu::UnicodeString repairText(const icu::UnicodeString& text);
 
-}  // namespace task_scene_graph::language
+}  // namespace tsg::language

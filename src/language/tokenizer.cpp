@@ -6,7 +6,7 @@
 
 #include "task_scene_graph/language/text_cleaning.h"
 
-namespace task_scene_graph::language {
+namespace tsg::language {
 
 Tokenizer::Tokenizer(Vocabulary vocabulary, int context_length)
     : vocabulary_(std::move(vocabulary)), context_length_(context_length) {
@@ -49,4 +49,4 @@ std::vector<TokenId> Tokenizer::encodeWord(const std::string& word) const {
   return vocabulary_.encodeWord(word);
 }
 
-}  // namespace task_scene_graph::language
+}  // namespace tsg::language

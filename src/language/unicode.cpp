@@ -7,7 +7,7 @@
 #include <array>
 #include <stdexcept>
 
-namespace task_scene_graph::language {
+namespace tsg::language {
 namespace {
 
 void checkStatus(UErrorCode status, const std::string& what) {
@@ -84,4 +84,4 @@ UChar32 decodeWindows1252(UChar32 byte) {
   return kMeanings[static_cast<std::size_t>(byte - 0x80)];
 }
 
-}  // namespace task_scene_graph::language
+}  // namespace tsg::language

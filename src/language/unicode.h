@@ -7,7 +7,7 @@
 #include <string>
 
 /// Thin helpers over ICU; internal to the module.
-namespace task_scene_graph::language {
+namespace tsg::language {
 
 /// @throws std::invalid_argument if the text is not valid UTF-8.
 icu::UnicodeString toUnicode(const std::string& utf8_text);
@@ -26,4 +26,4 @@ icu::UnicodeString normalizeNfkc(const icu::UnicodeString& text);
 /// What byte 0x80 + i means in Windows-1252; the byte itself where it means nothing.
 UChar32 decodeWindows1252(UChar32 byte);
 
-}  // namespace task_scene_graph::language
+}  // namespace tsg::language

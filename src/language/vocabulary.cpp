@@ -12,7 +12,7 @@
 #include <sstream>
 #include <stdexcept>
 
-namespace task_scene_graph::language {
+namespace tsg::language {
 namespace {
 
 constexpr int kNumBytes = 256;
@@ -202,4 +202,4 @@ std::vector<TokenId> Vocabulary::encodeWord(const std::string& word) const {
   }
 }
 
-}  // namespace task_scene_graph::language
+}  // namespace tsg::language

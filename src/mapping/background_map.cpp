@@ -9,7 +9,7 @@
 #include "task_scene_graph/core/parallel.h"
 #include "task_scene_graph/mapping/marching_cubes.h"
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 namespace {
 
 constexpr double kArchivePeriod_s = 1.0;
@@ -187,4 +187,4 @@ Mesh BackgroundMap::extractMesh() const {
   return weldVertices(all);
 }
 
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 namespace {
 
 // Relative block coordinates are made positive by this, so that truncation rounds them down.
@@ -144,4 +144,4 @@ void BlockSelector::addBox(const BlockBox& box) {
   }
 }
 
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

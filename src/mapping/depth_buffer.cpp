@@ -7,7 +7,7 @@
 
 #include "vectorize.h"
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
@@ -118,4 +118,4 @@ bool DepthBuffer::hasValidDepth() const {
   return std::any_of(tile_max_m_.begin(), tile_max_m_.end(), [](float z_m) { return z_m > 0.0F; });
 }
 
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

@@ -5,7 +5,7 @@
 
 #include "task_scene_graph/config/config.h"
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 namespace {
 
 std::size_t countBytes(const cv::Mat& image) { return image.total() * image.elemSize(); }
@@ -104,4 +104,4 @@ void FrameBuffer::evictWhileFull() {
   }
 }
 
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

@@ -9,7 +9,7 @@
 #include "task_scene_graph/core/parallel.h"
 #include "task_scene_graph/mapping/marching_cubes_table.h"
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 namespace {
 
 constexpr int kSide = kBlockSide + 1;  // corners of a block's cells
@@ -190,4 +190,4 @@ Mesh weldVertices(const Mesh& mesh) {
   return welded;
 }
 
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

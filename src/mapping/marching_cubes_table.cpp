@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 namespace {
 
 constexpr int kNone = -1;
@@ -132,4 +132,4 @@ const std::array<CellTriangles, 256>& cellTriangles() {
   return cases;
 }
 
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

@@ -8,7 +8,7 @@
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/mapping/marching_cubes.h"
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 namespace {
 
 void requireFrames(const Track& track, const std::vector<SegmentedFrame>& frames) {
@@ -120,4 +120,4 @@ ReconstructionResult ObjectReconstructor::reconstruct(const Track& track,
   return {ReconstructionStatus::kReconstructed, makePrimitive(track, id, std::move(mesh), box)};
 }
 
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

@@ -7,7 +7,7 @@
 
 #include "task_scene_graph/mapping/block_selector.h"
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 namespace {
 
 /// Rectangle of the pixels with this label; empty if there is none.
@@ -181,4 +181,4 @@ void ObjectVolume::removeBackground() {
   }
 }
 
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

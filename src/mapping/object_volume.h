@@ -8,7 +8,7 @@
 #include "task_scene_graph/mapping/tsdf_volume.h"
 #include "tsdf_kernel.h"
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 
 /// One frame in which an object was seen, cut down to the object's surroundings. Shares the images.
 struct ObjectView {
@@ -65,4 +65,4 @@ class ObjectVolume {
   DepthBuffer depth_;
 };
 
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

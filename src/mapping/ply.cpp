@@ -6,7 +6,7 @@
 #include <sstream>
 #include <stdexcept>
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 namespace {
 
 namespace fs = std::filesystem;
@@ -74,4 +74,4 @@ void writePly(const fs::path& path, const Mesh& mesh, const std::vector<std::int
   write(path, mesh, &object_ids);
 }
 
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

@@ -10,7 +10,7 @@
 #include "task_scene_graph/core/parallel.h"
 #include "tsdf_kernel.h"
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 namespace {
 
 constexpr double kMaxCoordinate_m = 1e6;  // keeps voxel indices within 32 bits
@@ -130,4 +130,4 @@ IntegrationResult TsdfIntegrator::update(const RgbdFrame& frame,
   return result;
 }
 
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

@@ -9,7 +9,7 @@
 
 #include "vectorize.h"
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 namespace {
 
 constexpr float kMinVoxelDepth_m = 0.01F;
@@ -205,4 +205,4 @@ BlockUpdate updateBlock(const FrameView& frame, const UpdateRule& rule, double v
   return total;
 }
 
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

@@ -8,7 +8,7 @@
 #include "task_scene_graph/mapping/depth_buffer.h"
 #include "task_scene_graph/mapping/tsdf_volume.h"
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 
 constexpr int kSliceVoxels = kBlockSide * kBlockSide;
 
@@ -81,4 +81,4 @@ std::array<Eigen::Vector3f, kBlockSide> computeSliceOrigins(const FrameView& fra
                                                             double voxel_size_m,
                                                             const GridIndex& block);
 
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <tuple>
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 
 const TsdfBlock* TsdfVolume::findBlock(const GridIndex& block) const {
   const auto found = blocks_.find(block);
@@ -44,4 +44,4 @@ std::vector<GridIndex> TsdfVolume::sortedBlockIndices() const {
   return indices;
 }
 
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

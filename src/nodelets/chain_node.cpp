@@ -8,12 +8,12 @@
 /// [--recorded-segmentation]: the segmenter is left out, another node or a bag publishes
 /// `segmentation`.
 int main(int argc, char** argv) {
-  using task_scene_graph::ros_interface::NodeletSpec;
+  using tsg::ros_interface::NodeletSpec;
   std::vector<NodeletSpec> nodelets = {{"task_scene_graph/Segmenter", "segmenter"},
                                        {"task_scene_graph/Tracker", "tracker"},
                                        {"task_scene_graph/MeshFusion", "mesh_fusion"},
                                        {"task_scene_graph/SceneGraph", "scene_graph"}};
   const bool is_recorded = argc > 1 && std::strcmp(argv[1], "--recorded-segmentation") == 0;
   if (is_recorded) nodelets.erase(nodelets.begin());
-  return task_scene_graph::ros_interface::runNodelets(argc, argv, "task_scene_graph", nodelets);
+  return tsg::ros_interface::runNodelets(argc, argv, "task_scene_graph", nodelets);
 }

@@ -9,7 +9,7 @@
 #include "task_scene_graph/pipeline/object_fusion.h"
 #include "task_scene_graph/ros/rgbd_input.h"
 
-namespace task_scene_graph::nodelets {
+namespace tsg::nodelets {
 
 /// Private parameters of the nodelet: those of its stages, and how they are fed.
 struct MeshFusionNodeletConfig {
@@ -41,4 +41,4 @@ struct MeshFusionNodeletConfig {
   }
 };
 
-}  // namespace task_scene_graph::nodelets
+}  // namespace tsg::nodelets

@@ -23,7 +23,7 @@
 #include "task_scene_graph/ros/topic_watch.h"
 #include "task_scene_graph/ros/worker.h"
 
-namespace task_scene_graph::nodelets {
+namespace tsg::nodelets {
 
 /// Every frame -> mesh and places; segmented frames and tracks -> object primitives. Depth
 /// integration and object reconstruction have a thread each, so that neither waits for the other.
@@ -340,6 +340,6 @@ std::string MeshFusionNodelet::writeMesh() {
   return path.string();
 }
 
-}  // namespace task_scene_graph::nodelets
+}  // namespace tsg::nodelets
 
-PLUGINLIB_EXPORT_CLASS(task_scene_graph::nodelets::MeshFusionNodelet, nodelet::Nodelet)
+PLUGINLIB_EXPORT_CLASS(tsg::nodelets::MeshFusionNodelet, nodelet::Nodelet)

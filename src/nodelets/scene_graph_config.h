@@ -8,7 +8,7 @@
 #include "task_scene_graph/ros/scene_graph_markers.h"
 #include "task_scene_graph/scene_graph/config.h"
 
-namespace task_scene_graph::nodelets {
+namespace tsg::nodelets {
 
 /// Private parameters of the nodelet: those of the stage, its files and its picture.
 struct SceneGraphNodeletConfig {
@@ -47,4 +47,4 @@ struct SceneGraphNodeletConfig {
   }
 };
 
-}  // namespace task_scene_graph::nodelets
+}  // namespace tsg::nodelets

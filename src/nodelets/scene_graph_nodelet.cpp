@@ -24,7 +24,7 @@
 #include "task_scene_graph/scene_graph/files.h"
 #include "task_scene_graph/segmentation/model_set.h"
 
-namespace task_scene_graph::nodelets {
+namespace tsg::nodelets {
 
 using Tunables = ::task_scene_graph::SceneGraphConfig;  // generated from cfg/SceneGraph.cfg
 
@@ -262,6 +262,6 @@ void SceneGraphNodelet::writeFiles() {
   scene_graph::writeSummary((folder / "summary.json").string(), *graph);
 }
 
-}  // namespace task_scene_graph::nodelets
+}  // namespace tsg::nodelets
 
-PLUGINLIB_EXPORT_CLASS(task_scene_graph::nodelets::SceneGraphNodelet, nodelet::Nodelet)
+PLUGINLIB_EXPORT_CLASS(tsg::nodelets::SceneGraphNodelet, nodelet::Nodelet)

@@ -2,6 +2,6 @@
 #include "task_scene_graph/ros/run_nodelets.h"
 
 int main(int argc, char** argv) {
-  return task_scene_graph::ros_interface::runNodelets(argc, argv, "segmenter",
-                                                      {{"task_scene_graph/Segmenter", ""}});
+  return tsg::ros_interface::runNodelets(argc, argv, "segmenter",
+                                         {{"task_scene_graph/Segmenter", ""}});
 }

@@ -11,7 +11,7 @@
 #include "task_scene_graph/ros/worker.h"
 #include "task_scene_graph/segmentation/segmenter.h"
 
-namespace task_scene_graph::nodelets {
+namespace tsg::nodelets {
 
 struct SegmenterNodeletConfig {
   segmentation::SegmenterConfig segmenter;
@@ -112,6 +112,6 @@ msg::FinishResponse SegmenterNodelet::finish(const msg::FinishRequest&, Deadline
   return response;
 }
 
-}  // namespace task_scene_graph::nodelets
+}  // namespace tsg::nodelets
 
-PLUGINLIB_EXPORT_CLASS(task_scene_graph::nodelets::SegmenterNodelet, nodelet::Nodelet)
+PLUGINLIB_EXPORT_CLASS(tsg::nodelets::SegmenterNodelet, nodelet::Nodelet)

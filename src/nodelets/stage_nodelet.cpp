@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "stage_nodelet.h"
 
-namespace task_scene_graph::nodelets {
+namespace tsg::nodelets {
 namespace {
 
 constexpr double kFinishTimeout_s = 10.0;
@@ -49,4 +49,4 @@ void StageNodelet::stopServices() {
   finish_server_.shutdown();
 }
 
-}  // namespace task_scene_graph::nodelets
+}  // namespace tsg::nodelets

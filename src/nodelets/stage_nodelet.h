@@ -14,7 +14,7 @@
 #include "task_scene_graph/ros/parameters.h"
 #include "task_scene_graph/ros/stage_report.h"
 
-namespace task_scene_graph::nodelets {
+namespace tsg::nodelets {
 
 using Deadline = std::chrono::steady_clock::time_point;
 
@@ -69,4 +69,4 @@ struct CommonConfig {
   }
 };
 
-}  // namespace task_scene_graph::nodelets
+}  // namespace tsg::nodelets

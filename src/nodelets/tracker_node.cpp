@@ -2,6 +2,5 @@
 #include "task_scene_graph/ros/run_nodelets.h"
 
 int main(int argc, char** argv) {
-  return task_scene_graph::ros_interface::runNodelets(argc, argv, "tracker",
-                                                      {{"task_scene_graph/Tracker", ""}});
+  return tsg::ros_interface::runNodelets(argc, argv, "tracker", {{"task_scene_graph/Tracker", ""}});
 }

@@ -14,7 +14,7 @@
 #include "task_scene_graph/ros/worker.h"
 #include "task_scene_graph/tracking/tracker.h"
 
-namespace task_scene_graph::nodelets {
+namespace tsg::nodelets {
 
 struct TrackerNodeletConfig {
   tracking::TrackerConfig tracker;
@@ -185,6 +185,6 @@ msg::FinishResponse TrackerNodelet::finish(const msg::FinishRequest& request, De
   return response;
 }
 
-}  // namespace task_scene_graph::nodelets
+}  // namespace tsg::nodelets
 
-PLUGINLIB_EXPORT_CLASS(task_scene_graph::nodelets::TrackerNodelet, nodelet::Nodelet)
+PLUGINLIB_EXPORT_CLASS(tsg::nodelets::TrackerNodelet, nodelet::Nodelet)

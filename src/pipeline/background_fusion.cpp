@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <memory>
 
-namespace task_scene_graph::pipeline {
+namespace tsg::pipeline {
 
 mapping::BackgroundConfig BackgroundFusionConfig::makeFreeSpaceDefaults() {
   mapping::BackgroundConfig config;
@@ -46,4 +46,4 @@ PlaceGraphPtr BackgroundFusion::updatePlaces(Stamp now, bool force) {
   return std::make_shared<const PlaceGraph>(places_.graph());
 }
 
-}  // namespace task_scene_graph::pipeline
+}  // namespace tsg::pipeline

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "task_scene_graph/pipeline/object_fusion.h"
 
-namespace task_scene_graph::pipeline {
+namespace tsg::pipeline {
 
 ObjectFusion::ObjectFusion(const ObjectFusionConfig& config)
     : frames_(config.frame_buffer), reconstructor_(config.reconstruction) {}
@@ -25,4 +25,4 @@ std::vector<ObjectPrimitivePtr> ObjectFusion::addTracks(const TrackedFrame& trac
   return primitives;
 }
 
-}  // namespace task_scene_graph::pipeline
+}  // namespace tsg::pipeline

@@ -3,7 +3,7 @@
 
 #include <utility>
 
-namespace task_scene_graph::pipeline {
+namespace tsg::pipeline {
 
 Pipeline::Pipeline(const PipelineConfig& config, const scene_graph::TaskList& object_tasks,
                    const scene_graph::TaskList& place_tasks,
@@ -35,7 +35,8 @@ scene_graph::SceneGraphPtr Pipeline::finish() {
   return times_.measure("scene_graph", [&] { return scene_graph_.snapshot(); });
 }
 
-SegmentationPtr Pipeline::findSegmentation(const RgbdFrame& frame, const SegmentationPtr& recorded) {
+SegmentationPtr Pipeline::findSegmentation(const RgbdFrame& frame,
+                                           const SegmentationPtr& recorded) {
   if (recorded || !segmenter_) return recorded;
   return times_.measure("segmentation", [&] {
     return std::make_shared<const Segmentation>(segmenter_->segment(frame.color));
@@ -61,4 +62,4 @@ void Pipeline::updatePlaces(bool force) {
   });
 }
 
-}  // namespace task_scene_graph::pipeline
+}  // namespace tsg::pipeline

@@ -3,7 +3,7 @@
 
 #include <limits>
 
-namespace task_scene_graph::places {
+namespace tsg::places {
 namespace {
 
 constexpr std::int32_t kFar = std::numeric_limits<std::int32_t>::max();
@@ -95,4 +95,4 @@ NearestField computeNearestField(const GridExtent& extent, const std::vector<cha
   return field;
 }
 
-}  // namespace task_scene_graph::places
+}  // namespace tsg::places

@@ -8,7 +8,7 @@
 
 #include "task_scene_graph/places/sparse_graph.h"
 
-namespace task_scene_graph::places {
+namespace tsg::places {
 namespace {
 
 using CoarseIndex = std::pair<int, int>;
@@ -81,4 +81,4 @@ std::vector<SparsePlace> findFillPlaces(const FreeSpace& space,
   return added;
 }
 
-}  // namespace task_scene_graph::places
+}  // namespace tsg::places

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-namespace task_scene_graph::places {
+namespace tsg::places {
 namespace {
 
 /// An obstacle voxel's centre lies at most this far inside the surface.
@@ -206,4 +206,4 @@ FreeSpace makeVolumeSpace(const VoxelMap& voxels, const PlacesConfig& config) {
   return space;
 }
 
-}  // namespace task_scene_graph::places
+}  // namespace tsg::places

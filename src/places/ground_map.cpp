@@ -5,7 +5,7 @@
 #include <cmath>
 #include <map>
 
-namespace task_scene_graph::places {
+namespace tsg::places {
 namespace {
 
 /// A standing place of one column.
@@ -212,4 +212,4 @@ std::vector<Floor> GroundMap::computeFloors(double voxel_size_m) const {
   return result;
 }
 
-}  // namespace task_scene_graph::places
+}  // namespace tsg::places

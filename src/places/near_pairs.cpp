@@ -5,7 +5,7 @@
 #include <numeric>
 #include <tuple>
 
-namespace task_scene_graph::places {
+namespace tsg::places {
 
 std::vector<NearPair> findNearPairs(const std::vector<Eigen::Vector3d>& from_m,
                                     const std::vector<Eigen::Vector3d>& to_m,
@@ -30,4 +30,4 @@ std::vector<NearPair> findNearPairs(const std::vector<Eigen::Vector3d>& from_m,
   return pairs;
 }
 
-}  // namespace task_scene_graph::places
+}  // namespace tsg::places

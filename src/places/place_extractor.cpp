@@ -7,7 +7,7 @@
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/places/near_pairs.h"
 
-namespace task_scene_graph::places {
+namespace tsg::places {
 namespace {
 
 bool hasUsableDepth(const RgbdFrame& frame) {
@@ -135,4 +135,4 @@ PlaceGraph PlaceExtractor::graph() const {
   return graph;
 }
 
-}  // namespace task_scene_graph::places
+}  // namespace tsg::places

@@ -9,7 +9,7 @@
 #include "task_scene_graph/places/near_pairs.h"
 #include "union_find.h"
 
-namespace task_scene_graph::places {
+namespace tsg::places {
 namespace {
 
 constexpr std::int32_t kNoSet = -1;
@@ -239,4 +239,4 @@ SparseGraph computeSparseGraph(const FreeSpace& space, const std::vector<char>& 
   return GraphBuilder(space, config).build(is_voronoi);
 }
 
-}  // namespace task_scene_graph::places
+}  // namespace tsg::places

@@ -5,7 +5,7 @@
 #include <numeric>
 #include <vector>
 
-namespace task_scene_graph::places {
+namespace tsg::places {
 
 /// Disjoint sets whose roots the caller chooses.
 class UnionFind {
@@ -32,4 +32,4 @@ class UnionFind {
   std::vector<std::size_t> parent_;
 };
 
-}  // namespace task_scene_graph::places
+}  // namespace tsg::places

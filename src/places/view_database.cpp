@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace task_scene_graph::places {
+namespace tsg::places {
 namespace {
 
 std::uint16_t computeMedian_mm(const DepthImage& depth, const cv::Rect& tile) {
@@ -80,4 +80,4 @@ ViewSum ViewDatabase::collect(const Eigen::Vector3d& p_world) const {
   return sum;
 }
 
-}  // namespace task_scene_graph::places
+}  // namespace tsg::places

@@ -4,7 +4,7 @@
 
 #include "task_scene_graph/places/free_space.h"
 
-namespace task_scene_graph::places {
+namespace tsg::places {
 namespace {
 
 /// True if two neighbouring cells have nearest obstacles on different sides.
@@ -62,4 +62,4 @@ double computeLineClearance(const FreeSpace& space, std::size_t from, std::size_
   return smallest_m;
 }
 
-}  // namespace task_scene_graph::places
+}  // namespace tsg::places

@@ -5,7 +5,7 @@
 #include <sstream>
 #include <stdexcept>
 
-namespace task_scene_graph::places {
+namespace tsg::places {
 namespace {
 
 using mapping::kBlockSide;
@@ -87,4 +87,4 @@ bool VoxelMap::computeBounds(GridIndex& min, GridIndex& max) const {
   return !columns_.empty();
 }
 
-}  // namespace task_scene_graph::places
+}  // namespace tsg::places

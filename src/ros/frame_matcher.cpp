@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 namespace {
 
 template <typename Queue>
@@ -63,4 +63,4 @@ std::size_t FrameMatcher::numFrames() const {
   return frames_.size();
 }
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

@@ -5,7 +5,7 @@
 #include <sstream>
 #include <stdexcept>
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 namespace {
 
 constexpr std::int64_t kNsPerSecond = 1000000000;
@@ -89,4 +89,4 @@ Aabb toAabb(const msg::BoundingBox& box) {
   return {center - half, center + half};
 }
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

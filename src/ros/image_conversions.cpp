@@ -9,7 +9,7 @@
 
 #include "task_scene_graph/ros/geometry_conversions.h"
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 namespace {
 
 namespace encodings = sensor_msgs::image_encodings;
@@ -118,4 +118,4 @@ sensor_msgs::ImagePtr toImageMessage(const cv::Mat& image, const std::string& en
   return cv_bridge::CvImage(header, encoding, image).toImageMsg();
 }
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

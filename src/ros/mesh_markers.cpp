@@ -3,7 +3,7 @@
 
 #include <tuple>
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 namespace {
 
 mapping::GridIndex computeChunk(const mapping::GridIndex& block) {
@@ -95,4 +95,4 @@ std::vector<visualization_msgs::MarkerArray> MeshMarkers::pack(
   return messages;
 }
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

@@ -6,7 +6,7 @@
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/image_conversions.h"
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 namespace {
 
 Track toTrack(const msg::Track& message) {
@@ -182,4 +182,4 @@ msg::PlaceGraphPtr toMessage(const PlaceGraph& graph, const std::string& world_f
   return message;
 }
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

@@ -6,7 +6,7 @@
 #include <sstream>
 #include <stdexcept>
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 namespace {
 
 std::string formatExactly(double value) {
@@ -51,4 +51,4 @@ YAML::Node readParameters(const ::ros::NodeHandle& private_handle) {
   return toYaml(value);
 }
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

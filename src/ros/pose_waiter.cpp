@@ -9,7 +9,7 @@
 
 #include "task_scene_graph/ros/geometry_conversions.h"
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 namespace {
 
 /// How often timeouts are looked at when tf is silent.
@@ -130,4 +130,4 @@ bool PoseWaiter::isTooLate(const Waiting& waiting) const {
   }
 }
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

@@ -18,7 +18,7 @@
 #include "task_scene_graph/ros/image_conversions.h"
 #include "task_scene_graph/ros/message_conversions.h"
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 namespace {
 
 // A recorded segmentation may follow its image by as much as inference took.
@@ -95,8 +95,8 @@ class RgbdBag::Implementation {
     rosbag::View all(bag_);
     const ros::Duration length = all.getEndTime() - all.getBeginTime();
     transforms_ = std::make_unique<tf2::BufferCore>(length + ros::Duration(60.0));
-    for (const auto& message : rosbag::View(
-             bag_, rosbag::TopicQuery(std::vector<std::string>{"/tf", "/tf_static"}))) {
+    for (const auto& message :
+         rosbag::View(bag_, rosbag::TopicQuery(std::vector<std::string>{"/tf", "/tf_static"}))) {
       const auto transforms = message.instantiate<tf2_msgs::TFMessage>();
       if (!transforms) continue;
       const bool is_static = message.getTopic() == "/tf_static";
@@ -148,8 +148,8 @@ class RgbdBag::Implementation {
       }
       return;
     }
-    drop("segmentation", "no colour image has its stamp " +
-                             std::to_string(message->header.stamp.toSec()) + " s");
+    drop("segmentation",
+         "no colour image has its stamp " + std::to_string(message->header.stamp.toSec()) + " s");
   }
 
   /// Hands out the frames at the front for which nothing more can come.
@@ -180,8 +180,8 @@ class RgbdBag::Implementation {
   }
 
   RgbdFramePtr makeFrame(const PendingFrame& pending) {
-    const std::string at = " for the colour image at " +
-                           std::to_string(pending.color->header.stamp.toSec()) + " s";
+    const std::string at =
+        " for the colour image at " + std::to_string(pending.color->header.stamp.toSec()) + " s";
     if (!pending.depth) return drop("no depth", "no depth image on " + options_.topics.depth + at);
     if (!info_) return drop("no camera info", "nothing on " + options_.topics.camera_info + at);
     auto frame = std::make_shared<RgbdFrame>();
@@ -190,9 +190,11 @@ class RgbdBag::Implementation {
     frame->color = toColorImage(pending.color, options_.topics.color);
     frame->depth = toDepthImage(pending.depth, options_.topics.depth);
     try {
-      frame->T_world_camera = toPose(
-          transforms_->lookupTransform(options_.world_frame, pending.color->header.frame_id,
-                                       pending.color->header.stamp).transform);
+      frame->T_world_camera =
+          toPose(transforms_
+                     ->lookupTransform(options_.world_frame, pending.color->header.frame_id,
+                                       pending.color->header.stamp)
+                     .transform);
     } catch (const tf2::TransformException& e) {
       return drop("no pose", e.what() + at);
     }
@@ -231,4 +233,4 @@ const std::map<std::string, RgbdBag::Drops>& RgbdBag::drops() const {
   return implementation_->drops();
 }
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

@@ -7,7 +7,7 @@
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/image_conversions.h"
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 namespace {
 
 constexpr auto kColorTopic = "camera/color/image_raw";
@@ -203,4 +203,4 @@ std::string RgbdInput::cameraFrame() const {
   return camera_frame_;
 }
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

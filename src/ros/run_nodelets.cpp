@@ -11,7 +11,7 @@
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/messages.h"
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 namespace {
 
 volatile std::sig_atomic_t is_asked_to_stop = 0;
@@ -87,4 +87,4 @@ int runNodelets(int argc, char** argv, const std::string& node_name,
   return 0;
 }
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

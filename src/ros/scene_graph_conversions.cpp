@@ -4,7 +4,7 @@
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/message_conversions.h"
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 namespace {
 
 template <typename Ids>
@@ -126,4 +126,4 @@ scene_graph::SceneGraph fromMessage(const msg::SceneGraph& message) {
   return graph;
 }
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

@@ -8,7 +8,7 @@
 
 #include "task_scene_graph/ros/geometry_conversions.h"
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 namespace {
 
 using visualization_msgs::Marker;
@@ -216,4 +216,4 @@ visualization_msgs::MarkerArray SceneGraphMarkers::update(const scene_graph::Sce
   return array;
 }
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

@@ -5,7 +5,7 @@
 #include "task_scene_graph/ros/image_conversions.h"
 #include "task_scene_graph/ros/message_conversions.h"
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 namespace {
 
 EmbeddingMatrix toRows(const msg::Segmentation& message, const std::string& topic) {
@@ -65,4 +65,4 @@ msg::SegmentationPtr toMessage(const Segmentation& segmentation, const std::stri
   return message;
 }
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

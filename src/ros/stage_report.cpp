@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 namespace {
 
 constexpr std::size_t kMaxDurations = 1000;
@@ -115,4 +115,4 @@ void StageReport::logLocked(const std::string& key, const std::string& problem) 
   throttle = {now, 0};
 }
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

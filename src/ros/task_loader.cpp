@@ -4,7 +4,7 @@
 #include "task_scene_graph/language/text_encoder.h"
 #include "task_scene_graph/segmentation/model_set.h"
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 
 scene_graph::TaskList loadTaskList(const std::string& path, const std::string& models_path) {
   scene_graph::TaskList tasks = scene_graph::loadTasks(path);
@@ -19,4 +19,4 @@ scene_graph::TaskList loadTaskList(const std::string& path, const std::string& m
   return tasks;
 }
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

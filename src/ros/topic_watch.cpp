@@ -5,7 +5,7 @@
 
 #include <sstream>
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 
 TopicWatch::TopicWatch(StageReport& report, double patience_s)
     : report_(report), patience_s_(patience_s) {}
@@ -39,4 +39,4 @@ std::string TopicWatch::describeSilence(const Topic& topic) const {
   return text.str();
 }
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

@@ -6,7 +6,7 @@
 
 #include "task_scene_graph/config/config.h"
 
-namespace task_scene_graph::scene_graph {
+namespace tsg::scene_graph {
 namespace {
 
 SceneGraphConfig validated(const SceneGraphConfig& config) {
@@ -91,4 +91,4 @@ SceneGraphPtr SceneGraphBuilder::snapshot() {
   return snapshot_;
 }
 
-}  // namespace task_scene_graph::scene_graph
+}  // namespace tsg::scene_graph

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "task_scene_graph/scene_graph/config.h"
 
-namespace task_scene_graph::scene_graph {
+namespace tsg::scene_graph {
 
 bottleneck::ClusteringConfig SceneGraphConfig::objectClustering() const {
   bottleneck::ClusteringConfig clustering;
@@ -27,4 +27,4 @@ bottleneck::ClusteringConfig SceneGraphConfig::placeClustering() const {
   return clustering;
 }
 
-}  // namespace task_scene_graph::scene_graph
+}  // namespace tsg::scene_graph

@@ -6,7 +6,7 @@
 
 #include "task_scene_graph/config/visitor.h"
 
-namespace task_scene_graph::scene_graph {
+namespace tsg::scene_graph {
 
 /// JSON text of a value; bytes that are not UTF-8 are replaced, not thrown over.
 template <typename Json>
@@ -71,4 +71,4 @@ class ConfigJson {
   }
 };
 
-}  // namespace task_scene_graph::scene_graph
+}  // namespace tsg::scene_graph

@@ -7,7 +7,7 @@
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/scene_graph/scoring.h"
 
-namespace task_scene_graph::scene_graph {
+namespace tsg::scene_graph {
 namespace {
 
 using bottleneck::IncrementalClustering;
@@ -151,4 +151,4 @@ std::vector<ObjectPrimitivePtr> ObjectLayer::primitives() const {
   return list;
 }
 
-}  // namespace task_scene_graph::scene_graph
+}  // namespace tsg::scene_graph

@@ -10,7 +10,7 @@
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/scene_graph/scoring.h"
 
-namespace task_scene_graph::scene_graph {
+namespace tsg::scene_graph {
 namespace {
 
 using bottleneck::IncrementalClustering;
@@ -201,4 +201,4 @@ void RegionLayer::nameRegion(Region& region) const {
   region.task = tasks_.names[static_cast<std::size_t>(best.task_index)];
 }
 
-}  // namespace task_scene_graph::scene_graph
+}  // namespace tsg::scene_graph

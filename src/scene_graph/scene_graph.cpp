@@ -6,7 +6,7 @@
 #include <set>
 #include <utility>
 
-namespace task_scene_graph::scene_graph {
+namespace tsg::scene_graph {
 namespace {
 
 std::map<PlaceId, RegionId> mapPlacesToRegions(const SceneGraph& graph) {
@@ -52,4 +52,4 @@ std::vector<RegionEdge> computeRegionEdges(const SceneGraph& graph) {
   return edges;
 }
 
-}  // namespace task_scene_graph::scene_graph
+}  // namespace tsg::scene_graph

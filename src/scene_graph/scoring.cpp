@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <vector>
 
-namespace task_scene_graph::scene_graph {
+namespace tsg::scene_graph {
 
 TaskScore findBestTask(const Embedding& embedding, const bottleneck::TaskScorer& tasks) {
   if (tasks.numTasks() == 0 || !hasDirection(embedding)) return {};
@@ -27,4 +27,4 @@ Embedding EmbeddingMean::mean() const {
   return count_ == 0 ? Embedding() : Embedding((sum_ / count_).cast<float>());
 }
 
-}  // namespace task_scene_graph::scene_graph
+}  // namespace tsg::scene_graph

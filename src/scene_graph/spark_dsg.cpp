@@ -11,7 +11,7 @@
 // The layout is that of spark_dsg 1.1.3: a node is {id, layer, partition, attributes}, its id a
 // character in the top byte and a number below it. Attributes that are left out get that library's
 // defaults.
-namespace task_scene_graph::scene_graph {
+namespace tsg::scene_graph {
 namespace {
 
 /// Single precision: embeddings keep every bit in half the characters that doubles take.
@@ -242,4 +242,4 @@ void writeSparkDsg(const std::string& path, const SceneGraph& graph,
   writeFileAtomically(path, [&](std::ostream& stream) { Writer(graph, options, stream).write(); });
 }
 
-}  // namespace task_scene_graph::scene_graph
+}  // namespace tsg::scene_graph

@@ -7,7 +7,7 @@
 #include "task_scene_graph/core/files.h"
 #include "task_scene_graph/scene_graph/files.h"
 
-namespace task_scene_graph::scene_graph {
+namespace tsg::scene_graph {
 namespace {
 
 using Json = nlohmann::json;
@@ -111,4 +111,4 @@ void writeSummary(const std::string& path, const SceneGraph& graph) {
   writeFileAtomically(path, [&](std::ostream& stream) { writeGraph(stream, graph); });
 }
 
-}  // namespace task_scene_graph::scene_graph
+}  // namespace tsg::scene_graph

@@ -9,7 +9,7 @@
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/core/files.h"
 
-namespace task_scene_graph::scene_graph {
+namespace tsg::scene_graph {
 namespace {
 
 using Violations = std::vector<std::string>;
@@ -228,4 +228,4 @@ void checkUsable(const TaskList& tasks, const std::string& path, bool has_text_e
        std::to_string(embedding_size) + " as the model set's embeddings have"});
 }
 
-}  // namespace task_scene_graph::scene_graph
+}  // namespace tsg::scene_graph

@@ -4,7 +4,7 @@
 
 #include "task_scene_graph/segmentation/mask_decoder.h"
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 namespace {
 
 std::string describe(const std::vector<TensorView>& outputs) {
@@ -99,4 +99,4 @@ std::vector<Detection> suppressOverlaps(const std::vector<Detection>& best_first
   return kept;
 }
 
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation

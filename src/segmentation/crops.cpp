@@ -7,7 +7,7 @@
 #include "task_scene_graph/segmentation/image_encoder.h"
 #include "task_scene_graph/segmentation/resampling.h"
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 namespace {
 
 cv::Mat blackenOthers(const cv::Mat& crop, const cv::Mat& labels, std::uint16_t keep) {
@@ -89,4 +89,4 @@ cv::Mat cropToSquare(const cv::Mat& image, const cv::Mat& labels, const CropRequ
   return centerCrop(crop, size_px);
 }
 
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation

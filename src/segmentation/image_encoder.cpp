@@ -5,7 +5,7 @@
 
 #include "own_threads.h"
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 namespace {
 
 using Table = std::array<std::array<float, 256>, 3>;
@@ -134,4 +134,4 @@ EmbeddingMatrix ImageEncoder::encode(const ColorImage& color, const cv::Mat& lab
   return embeddings;
 }
 
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation

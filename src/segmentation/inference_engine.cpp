@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <thread>
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 
 std::string toText(const std::vector<std::int64_t>& shape) {
   std::string text;
@@ -29,4 +29,4 @@ int resolveNumThreads(const EngineConfig& config) {
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation

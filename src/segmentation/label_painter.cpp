@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 namespace {
 
 using Label = std::uint16_t;
@@ -135,4 +135,4 @@ LabelledSegments paintLabels(const std::vector<SegmentMask>& masks, cv::Size ima
   return segments;
 }
 
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation

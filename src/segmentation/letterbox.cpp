@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 namespace {
 
 constexpr float kGrey = 114.0F / 255.0F;
@@ -67,4 +67,4 @@ void fillLetterboxTensor(const ColorImage& color, const Letterbox& letterbox, fl
   }
 }
 
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation

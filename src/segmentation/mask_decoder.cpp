@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 namespace {
 
 /// One axis of the bilinear interpolation: where each image pixel of a box lies on the prototypes'
@@ -152,4 +152,4 @@ SegmentMask decodeMask(const RawDetections& raw, const Detection& detection,
   return segment;
 }
 
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation

@@ -5,7 +5,7 @@
 
 #include "task_scene_graph/config/config.h"
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 namespace {
 namespace fs = std::filesystem;
 
@@ -45,4 +45,4 @@ ModelSet loadModelSet(const std::string& yaml_path) {
   return models;
 }
 
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation

@@ -4,7 +4,7 @@
 
 #include "task_scene_graph/segmentation/inference_engine.h"
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 
 struct Network::Session {};
 
@@ -21,6 +21,6 @@ std::vector<TensorView> Network::run(const IntegerTensorView<std::int32_t>&) con
 void Network::cancel() {}
 bool Network::isCancelled() const { return false; }
 
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation
 
 #endif

@@ -10,7 +10,7 @@
 
 #include "task_scene_graph/segmentation/inference_engine.h"
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 namespace {
 
 const char* toProviderName(ExecutionProvider provider) {
@@ -179,6 +179,6 @@ void Network::cancel() {
 
 bool Network::isCancelled() const { return session_->cancelled; }
 
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation
 
 #endif

@@ -12,7 +12,7 @@
 
 #include "task_scene_graph/segmentation/inference_engine.h"
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 namespace {
 
 constexpr int kOldestInterface = 14;  // the first with all that is used here (ONNX Runtime 1.14)
@@ -98,6 +98,6 @@ Ort::Env& openOnnxRuntime(const std::string& library) {
   return open->environment;
 }
 
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation
 
 #endif

@@ -9,13 +9,13 @@
 
 #include <string>
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 
 /// Opens ONNX Runtime at the first call; one library serves the whole process and is never closed.
 /// @param library path, or "" for the known places.
 /// @throws InferenceError listing where it was looked for, or if another one is already open.
 Ort::Env& openOnnxRuntime(const std::string& library);
 
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation
 
 #endif

@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 
 void runOnOwnThreads(std::size_t count, int num_threads,
                      const std::function<void(std::size_t)>& body) {
@@ -33,4 +33,4 @@ void runOnOwnThreads(std::size_t count, int num_threads,
   if (error) std::rethrow_exception(error);
 }
 
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation

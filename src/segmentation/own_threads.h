@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <functional>
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 
 /// Calls `body(i)` for i in [0, count) on at most `num_threads` threads, the caller's among them.
 /// The threads are its own, unlike parallelFor's: a network's run takes long, and in the pool that
@@ -13,4 +13,4 @@ namespace task_scene_graph::segmentation {
 void runOnOwnThreads(std::size_t count, int num_threads,
                      const std::function<void(std::size_t)>& body);
 
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation

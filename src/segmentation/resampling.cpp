@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 namespace {
 
 // Pillow's fixed point: 8-bit values, 2 bits of headroom for the kernel's overshoot, in 32 bits.
@@ -129,4 +129,4 @@ cv::Mat resizeBicubic(const cv::Mat& image, cv::Size resized_px, cv::Rect window
   return resizeRows(narrow, along_y, along_y.begin());
 }
 
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation

@@ -12,7 +12,7 @@
 #include "task_scene_graph/segmentation/letterbox.h"
 #include "task_scene_graph/segmentation/mask_decoder.h"
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 namespace {
 
 void checkImage(const cv::Mat& image) {
@@ -167,4 +167,4 @@ const SegmenterCounters& Segmenter::counters() const { return implementation_->c
 
 int Segmenter::embeddingSize() const { return implementation_->embeddingSize(); }
 
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation

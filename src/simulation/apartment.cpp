@@ -7,7 +7,7 @@
 #include "furnisher.h"
 #include "task_scene_graph/simulation/walk.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 namespace {
 
 constexpr int kAttempts = 20;
@@ -34,4 +34,4 @@ Apartment buildApartment(const ApartmentConfig& config) {
                            " attempts furniture blocked a room, expected a way into each");
 }
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

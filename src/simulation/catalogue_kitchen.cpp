@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "task_scene_graph/simulation/catalogue.h"
 
-namespace task_scene_graph::simulation::catalogue {
+namespace tsg::simulation::catalogue {
 namespace {
 
 const Color kSteel(0.72F, 0.73F, 0.75F);
@@ -145,4 +145,4 @@ Arrangement makeDiningSet(Random& random, int num_chairs) {
   return set;
 }
 
-}  // namespace task_scene_graph::simulation::catalogue
+}  // namespace tsg::simulation::catalogue

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "task_scene_graph/simulation/catalogue.h"
 
-namespace task_scene_graph::simulation::catalogue {
+namespace tsg::simulation::catalogue {
 namespace {
 
 const Color kDark(0.08F, 0.08F, 0.09F);
@@ -148,4 +148,4 @@ Model makeStorageShelf(Random& random) {
   return m.needsFront(0.5).seenInParts();
 }
 
-}  // namespace task_scene_graph::simulation::catalogue
+}  // namespace tsg::simulation::catalogue

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "task_scene_graph/simulation/catalogue.h"
 
-namespace task_scene_graph::simulation::catalogue {
+namespace tsg::simulation::catalogue {
 namespace {
 
 const Color kWhite(0.93F, 0.93F, 0.92F);
@@ -184,4 +184,4 @@ Model makePrinterTable(Random& random) {
       .needsFront(0.4);
 }
 
-}  // namespace task_scene_graph::simulation::catalogue
+}  // namespace tsg::simulation::catalogue

@@ -4,7 +4,7 @@
 
 #include "task_scene_graph/simulation/catalogue.h"
 
-namespace task_scene_graph::simulation::catalogue {
+namespace tsg::simulation::catalogue {
 namespace {
 
 const Color kWhite(0.94F, 0.94F, 0.92F);
@@ -342,4 +342,4 @@ const std::vector<std::string>& smallThings() {
   return kNames;
 }
 
-}  // namespace task_scene_graph::simulation::catalogue
+}  // namespace tsg::simulation::catalogue

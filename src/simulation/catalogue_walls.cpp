@@ -3,7 +3,7 @@
 
 #include "task_scene_graph/simulation/catalogue.h"
 
-namespace task_scene_graph::simulation::catalogue {
+namespace tsg::simulation::catalogue {
 namespace {
 
 const Color kWhite(0.95F, 0.95F, 0.94F);
@@ -185,4 +185,4 @@ Model makeWasteBin(Random& random) {
   return m;
 }
 
-}  // namespace task_scene_graph::simulation::catalogue
+}  // namespace tsg::simulation::catalogue

@@ -9,7 +9,7 @@
 #include "task_scene_graph/core/parallel.h"
 #include "task_scene_graph/simulation/random.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 namespace {
 
 constexpr double kEdgeStep = 0.04;  ///< relative jump of depth that makes an edge
@@ -119,4 +119,4 @@ cv::Mat toMillimetres(const cv::Mat& depth_m, double min_range_m, double max_ran
   return result;
 }
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

@@ -6,7 +6,7 @@
 
 #include "task_scene_graph/simulation/random.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 namespace {
 
 constexpr int kConceptSize = 320;  ///< first axes: meaning; the rest: appearance
@@ -100,4 +100,4 @@ EmbeddingSpace::Mixture EmbeddingSpace::makePart(const std::string& phrase,
   return {{phrase, 1.0}, {phrase + "'s " + part, kPartWeight}};
 }
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

@@ -9,7 +9,7 @@
 #include <queue>
 #include <tuple>
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 namespace {
 
 constexpr double kComfort_m = 0.6;  ///< ways nearer to obstacles than this cost more
@@ -135,4 +135,4 @@ std::vector<Eigen::Vector2d> FloorMap::findReachable(const Eigen::Vector2d& from
   return points;
 }
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

@@ -6,7 +6,7 @@
 #include "task_scene_graph/simulation/apartment.h"
 #include "task_scene_graph/simulation/random.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 namespace {
 
 constexpr double kCorridorWidth_m = 1.9;
@@ -265,4 +265,4 @@ Apartment buildFloorPlan(const ApartmentConfig& config) {
   return apartment;
 }
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

@@ -5,7 +5,7 @@
 #include "furnisher.h"
 #include "task_scene_graph/simulation/catalogue.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 namespace {
 
 using catalogue::makeSmallThing;
@@ -196,4 +196,4 @@ void furnishRooms(Apartment& apartment, Random& random) {
   }
 }
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

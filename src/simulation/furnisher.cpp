@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <map>
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 namespace {
 
 constexpr int kTries = 60;
@@ -207,4 +207,4 @@ void Furnisher::addSolids(const Model& model, const Pose& T_world_model, Instanc
   }
 }
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

@@ -7,7 +7,7 @@
 #include "task_scene_graph/simulation/apartment.h"
 #include "task_scene_graph/simulation/random.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 
 /// Puts models into an apartment so that no two share volume, doorways stay free and fronts that
 /// need space keep it. Every place is found by seeded trial; a thing that finds none is left out.
@@ -50,4 +50,4 @@ inline Arrangement alone(const Model& model) { return {{model, Pose::Identity()}
 /// Fills all rooms according to their kind.
 void furnishRooms(Apartment& apartment, Random& random);
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

@@ -6,7 +6,7 @@
 
 #include "task_scene_graph/core/files.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -108,4 +108,4 @@ void writeGroundTruth(const std::filesystem::path& folder, const Apartment& apar
   writeFileAtomically(folder / "poses.txt", [&](std::ostream& out) { writePoses(out, walk); });
 }
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 namespace {
 
 float hashCell(std::int64_t x, std::int64_t y) {
@@ -109,4 +109,4 @@ Color computeAlbedo(const Material& m, const Eigen::Vector3d& p_m, const Eigen::
   }
 }
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "task_scene_graph/simulation/model.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 
 Model& Model::solid(const std::string& part, Shape shape, const Pose& T_model_solid,
                     const Eigen::Vector3d& size_m, const Material& material, double top_ratio) {
@@ -70,4 +70,4 @@ Pose makeQuarterTurn(int quarter_turns, const Eigen::Vector3d& translation_m) {
   return T;
 }
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

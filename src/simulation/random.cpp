@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 
 std::uint64_t mixBits(std::uint64_t value) {
   value += 0x9e3779b97f4a7c15ULL;
@@ -36,4 +36,4 @@ double Random::normal() {
   return sum - 6.0;
 }
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

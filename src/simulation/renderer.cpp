@@ -8,7 +8,7 @@
 #include "task_scene_graph/core/parallel.h"
 #include "view_solids.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 namespace {
 
 constexpr double kShadeCell_m = 0.04;
@@ -199,4 +199,4 @@ RenderedView Renderer::render(const CameraModel& camera, const Pose& T_world_cam
   return view;
 }
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

@@ -6,7 +6,7 @@
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/simulation/random.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 namespace {
 
 std::uint64_t seedOf(const Apartment& apartment, std::int64_t frame, std::uint64_t what) {
@@ -84,4 +84,4 @@ Segmentation SegmentSimulator::segment(const RenderedView& view, Stamp stamp,
   return result;
 }
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

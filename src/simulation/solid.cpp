@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::infinity();
@@ -138,4 +138,4 @@ Eigen::Vector3d computeNormal(const Solid& solid, const Eigen::Vector3d& p) {
   return n.cwiseQuotient(half).normalized();
 }
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

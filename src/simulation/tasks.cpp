@@ -5,7 +5,7 @@
 #include "task_scene_graph/core/files.h"
 #include "task_scene_graph/simulation/ground_truth.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 namespace {
 
 struct TaskPhrases {
@@ -80,4 +80,4 @@ void writeTaskEmbeddings(const std::filesystem::path& path, const std::vector<Ta
   });
 }
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

@@ -7,7 +7,7 @@
 #include <limits>
 #include <numeric>
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 namespace {
 
 constexpr double kNear_m = 0.02;  ///< nothing closer is seen
@@ -107,4 +107,4 @@ ViewSolids::Hit ViewSolids::cast(const Eigen::Vector3d& direction, int u_px, int
   return hit;
 }
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

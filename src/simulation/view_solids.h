@@ -7,7 +7,7 @@
 #include "task_scene_graph/core/camera.h"
 #include "task_scene_graph/simulation/solid.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 
 /// The solids as one camera sees them: rays start at the origin of the camera frame, so the origin
 /// in each solid's unit frame is computed once, and image tiles know which solids they can show.
@@ -52,4 +52,4 @@ class ViewSolids {
   std::vector<std::vector<int>> tiles_;  // indices by nearest depth
 };
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

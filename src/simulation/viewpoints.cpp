@@ -4,7 +4,7 @@
 
 #include "task_scene_graph/simulation/walk.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 namespace {
 
 constexpr double kInside_m = 1.2;   ///< from every doorway
@@ -85,4 +85,4 @@ std::vector<std::vector<Eigen::Vector2d>> findViewpoints(const Apartment& apartm
   return viewpoints;
 }
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

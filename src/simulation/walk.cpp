@@ -7,7 +7,7 @@
 
 #include "task_scene_graph/config/config.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 namespace {
 
 using Path = std::vector<Eigen::Vector2d>;
@@ -230,4 +230,4 @@ std::vector<WalkPose> planWalk(const Apartment& apartment, const WalkConfig& con
   return walker.takePoses();
 }
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

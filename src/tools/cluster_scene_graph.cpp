@@ -18,7 +18,7 @@
 #include "task_scene_graph/scene_graph/tasks.h"
 #include "task_scene_graph/segmentation/model_set.h"
 
-using namespace task_scene_graph;
+using namespace tsg;
 
 namespace {
 

@@ -11,7 +11,7 @@
 #include "task_scene_graph/segmentation/model_set.h"
 
 namespace options = boost::program_options;
-using namespace task_scene_graph;
+using namespace tsg;
 
 namespace {
 

@@ -7,7 +7,7 @@
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/pipeline/pipeline.h"
 
-using namespace task_scene_graph;
+using namespace tsg;
 
 namespace {
 
@@ -56,7 +56,8 @@ void printYaml() {
         name.erase(0, slash + 1);
       }
       std::size_t shared = 0;
-      while (shared < groups.size() && shared < open.size() && groups[shared] == open[shared]) ++shared;
+      while (shared < groups.size() && shared < open.size() && groups[shared] == open[shared])
+        ++shared;
       for (std::size_t i = shared; i < groups.size(); ++i) {
         std::cout << std::string(2 * (i + 1), ' ') << groups[i] << ":\n";
       }

@@ -18,7 +18,7 @@
 #include "task_scene_graph/segmentation/segmenter.h"
 
 namespace fs = std::filesystem;
-using namespace task_scene_graph;
+using namespace tsg;
 
 namespace {
 

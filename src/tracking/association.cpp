@@ -5,7 +5,7 @@
 #include <tuple>
 #include <unordered_set>
 
-namespace task_scene_graph::tracking {
+namespace tsg::tracking {
 
 std::vector<Candidate> assignGreedily(std::vector<Candidate> candidates) {
   std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
@@ -26,4 +26,4 @@ std::vector<Candidate> assignGreedily(std::vector<Candidate> candidates) {
   return accepted;
 }
 
-}  // namespace task_scene_graph::tracking
+}  // namespace tsg::tracking

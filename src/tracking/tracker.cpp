@@ -7,7 +7,7 @@
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/tracking/association.h"
 
-namespace task_scene_graph::tracking {
+namespace tsg::tracking {
 namespace {
 
 bool hasSize(const cv::Mat& image, const CameraModel& camera) {
@@ -201,4 +201,4 @@ std::vector<TrackId> Tracker::liveIds() const {
   return ids;
 }
 
-}  // namespace task_scene_graph::tracking
+}  // namespace tsg::tracking

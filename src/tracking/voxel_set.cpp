@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace task_scene_graph::tracking {
+namespace tsg::tracking {
 namespace {
 
 Eigen::Vector3i unpackVoxel(VoxelKey key) {
@@ -95,4 +95,4 @@ std::vector<SegmentPoints> computeSegmentPoints(const RgbdFrame& frame, const cv
   return segments;
 }
 
-}  // namespace task_scene_graph::tracking
+}  // namespace tsg::tracking

@@ -20,7 +20,7 @@
 
 namespace {
 
-using namespace task_scene_graph;
+using namespace tsg;
 using bottleneck::Adjacency;
 using bottleneck::ClusteringConfig;
 using bottleneck::IncrementalClustering;

@@ -8,7 +8,7 @@
 #include "task_scene_graph/language/text_cleaning.h"
 #include "task_scene_graph/language/tokenizer.h"
 
-namespace task_scene_graph::language {
+namespace tsg::language {
 namespace {
 
 const std::vector<std::string> kTasks = {
@@ -58,6 +58,6 @@ BENCHMARK(tokenizeTexts)->Unit(benchmark::kMicrosecond);
 BENCHMARK(tokenizeLongWord)->Arg(100)->Arg(10000)->Unit(benchmark::kMillisecond);
 
 }  // namespace
-}  // namespace task_scene_graph::language
+}  // namespace tsg::language
 
 BENCHMARK_MAIN();

@@ -11,7 +11,7 @@
 #include "synthetic_scene.h"
 #include "task_scene_graph/mapping/background_map.h"
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 namespace {
 
 /// A furnished room in closed form, walked round.
@@ -136,6 +136,6 @@ BENCHMARK_CAPTURE(updateMesh, room, "room")->Args({5, 1})->Unit(benchmark::kMill
 BENCHMARK_CAPTURE(updateMesh, kitchen, "kitchen")->Args({5, 1})->Unit(benchmark::kMillisecond);
 
 }  // namespace
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping
 
 BENCHMARK_MAIN();

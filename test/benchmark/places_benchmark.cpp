@@ -10,7 +10,7 @@
 
 #include "task_scene_graph/places/place_extractor.h"
 
-namespace task_scene_graph::places {
+namespace tsg::places {
 namespace {
 
 using mapping::GridIndex;
@@ -127,6 +127,6 @@ void exhaustiveSearch(benchmark::State& state) {
 BENCHMARK(exhaustiveSearch)->Unit(benchmark::kMillisecond);
 
 }  // namespace
-}  // namespace task_scene_graph::places
+}  // namespace tsg::places
 
 BENCHMARK_MAIN();

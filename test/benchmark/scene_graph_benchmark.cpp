@@ -10,7 +10,7 @@
 #include "task_scene_graph/scene_graph/builder.h"
 #include "task_scene_graph/scene_graph/files.h"
 
-namespace task_scene_graph::scene_graph {
+namespace tsg::scene_graph {
 namespace {
 
 constexpr int kEmbeddingSize = 768;
@@ -171,6 +171,6 @@ void writeSparkDsgFile(benchmark::State& state) {
 BENCHMARK(writeSparkDsgFile)->Arg(1000)->Unit(benchmark::kMillisecond);
 
 }  // namespace
-}  // namespace task_scene_graph::scene_graph
+}  // namespace tsg::scene_graph
 
 BENCHMARK_MAIN();

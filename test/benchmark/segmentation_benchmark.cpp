@@ -15,7 +15,7 @@
 #include "task_scene_graph/segmentation/resampling.h"
 #include "task_scene_graph/segmentation/segmenter.h"
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 namespace {
 
 constexpr int kInput = 640;
@@ -251,6 +251,6 @@ void segmentFrame(benchmark::State& state) {
 BENCHMARK(segmentFrame)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 }  // namespace
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation
 
 BENCHMARK_MAIN();

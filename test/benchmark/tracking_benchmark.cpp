@@ -7,7 +7,7 @@
 
 #include "task_scene_graph/tracking/tracker.h"
 
-namespace task_scene_graph::tracking {
+namespace tsg::tracking {
 namespace {
 
 constexpr int kSegments = 30;
@@ -147,6 +147,6 @@ BENCHMARK(findCandidates)
     ->Unit(benchmark::kMillisecond);
 
 }  // namespace
-}  // namespace task_scene_graph::tracking
+}  // namespace tsg::tracking
 
 BENCHMARK_MAIN();

@@ -11,7 +11,7 @@
 #include "support.h"
 #include "synthetic_robot.h"
 
-namespace task_scene_graph::test {
+namespace tsg::test {
 namespace {
 
 constexpr int kNumFrames = 80;
@@ -205,7 +205,7 @@ TEST_F(Chain, BagInALoopGivesTracksAgain) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::test
+}  // namespace tsg::test
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);

@@ -5,7 +5,7 @@
 
 #include "synthetic_robot.h"
 
-namespace task_scene_graph::test {
+namespace tsg::test {
 namespace {
 
 /// A tracker that lives through everything that is wrong with its input. Each test has stamps of
@@ -162,7 +162,7 @@ TEST_F(InputErrors, MissingTasksAreNamed) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::test
+}  // namespace tsg::test
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);

@@ -7,7 +7,7 @@
 
 #include "synthetic_robot.h"
 
-namespace task_scene_graph::test {
+namespace tsg::test {
 namespace {
 
 TEST(LaunchFile, RemappedTopicsReachTheChainAndTheMapIsSaved) {
@@ -40,7 +40,7 @@ TEST(LaunchFile, RemappedTopicsReachTheChainAndTheMapIsSaved) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::test
+}  // namespace tsg::test
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);

@@ -7,7 +7,7 @@
 #include "support.h"
 #include "synthetic_robot.h"
 
-namespace task_scene_graph::test {
+namespace tsg::test {
 namespace {
 
 /// The small segmenter (red, green and blue regions) and the small encoder (mean colour).
@@ -107,7 +107,7 @@ TEST_F(SegmenterNodelet, WrongEncodingIsNamedAndTheStageLivesOn) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::test
+}  // namespace tsg::test
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);

@@ -11,7 +11,7 @@
 #include "support.h"
 #include "synthetic_robot.h"
 
-namespace task_scene_graph::test {
+namespace tsg::test {
 namespace {
 
 pid_t startProgram(const std::vector<std::string>& arguments) {
@@ -128,7 +128,7 @@ TEST(Shutdown, NodeWithAMisspeltParameterEndsWithStatusOne) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::test
+}  // namespace tsg::test
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);

@@ -24,7 +24,7 @@
 #include "task_scene_graph/ros/message_conversions.h"
 
 /// A robot in a room with a red and a blue box, all in closed form, for rostests.
-namespace task_scene_graph::test {
+namespace tsg::test {
 
 constexpr int kEmbeddingSize = 4;  ///< e0: red box, e1: blue box, e2: room
 
@@ -218,4 +218,4 @@ inline bool load(nodelet::Loader& loader, const std::string& name, const std::st
   return loader.load("/" + name, "task_scene_graph/" + type, ros::names::getRemappings(), {});
 }
 
-}  // namespace task_scene_graph::test
+}  // namespace tsg::test

@@ -6,7 +6,7 @@
 #include <limits>
 #include <numeric>
 
-namespace task_scene_graph::test {
+namespace tsg::test {
 namespace {
 
 using bottleneck::ClusteringConfig;
@@ -260,4 +260,4 @@ ReferenceScene SceneGenerator::makeScene() {
   return scene;
 }
 
-}  // namespace task_scene_graph::test
+}  // namespace tsg::test

@@ -12,7 +12,7 @@
 
 /// Agglomerative IB written down straight from the equations, slow on purpose: dense matrices,
 /// every quantity computed anew at every merge, no code shared with the module.
-namespace task_scene_graph::test {
+namespace tsg::test {
 
 struct ReferencePrimitive {
   Embedding embedding;
@@ -85,4 +85,4 @@ class SceneGenerator {
   std::vector<Embedding> earlier_;
 };
 
-}  // namespace task_scene_graph::test
+}  // namespace tsg::test

@@ -6,7 +6,7 @@
 #include <map>
 #include <utility>
 
-namespace task_scene_graph::test {
+namespace tsg::test {
 namespace {
 
 using Index = Eigen::Index;
@@ -147,4 +147,4 @@ std::size_t clusterByRescanning(const std::vector<Embedding>& embeddings,
   return num_merges;
 }
 
-}  // namespace task_scene_graph::test
+}  // namespace tsg::test

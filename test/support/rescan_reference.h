@@ -6,7 +6,7 @@
 #include "task_scene_graph/core/box.h"
 #include "task_scene_graph/core/embedding.h"
 
-namespace task_scene_graph::test {
+namespace tsg::test {
 
 /// Agglomerative IB done the way the published implementation does it, as a yardstick for speed:
 /// all pairs of boxes compared, dense p(y|x), and per merge a scan of all edges for the smallest, a
@@ -17,4 +17,4 @@ std::size_t clusterByRescanning(const std::vector<Embedding>& embeddings,
                                 const std::vector<Aabb>& boxes, const EmbeddingMatrix& tasks,
                                 double alpha);
 
-}  // namespace task_scene_graph::test
+}  // namespace tsg::test

@@ -7,7 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
-namespace task_scene_graph::test {
+namespace tsg::test {
 namespace fs = std::filesystem;
 namespace {
 
@@ -53,4 +53,4 @@ cv::Mat loadSequenceLabels(const fs::path& folder, int index) {
   return readImage(framePath(folder, index, "labels.png"), cv::IMREAD_UNCHANGED);
 }
 
-}  // namespace task_scene_graph::test
+}  // namespace tsg::test

@@ -6,7 +6,7 @@
 
 #include "task_scene_graph/core/frame.h"
 
-namespace task_scene_graph::test {
+namespace tsg::test {
 
 /// Reads frame `index` of a folder in 7-Scenes layout (camera-intrinsics.txt, frame-%06d.color.jpg,
 /// .depth.png in millimetres, .pose.txt). Stamps are index / 30 s. @throws std::runtime_error if a
@@ -16,4 +16,4 @@ RgbdFrame loadSequenceFrame(const std::filesystem::path& folder, int index);
 /// The frame's label image (frame-%06d.labels.png, CV_16UC1).
 cv::Mat loadSequenceLabels(const std::filesystem::path& folder, int index);
 
-}  // namespace task_scene_graph::test
+}  // namespace tsg::test

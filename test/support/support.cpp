@@ -6,7 +6,7 @@
 #include <atomic>
 #include <cstdlib>
 
-namespace task_scene_graph::test {
+namespace tsg::test {
 namespace fs = std::filesystem;
 
 std::optional<fs::path> findSharedFolder() {
@@ -28,4 +28,4 @@ TemporaryFolder::~TemporaryFolder() {
   fs::remove_all(path_, ignored);
 }
 
-}  // namespace task_scene_graph::test
+}  // namespace tsg::test

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-namespace task_scene_graph::test {
+namespace tsg::test {
 
 /// Folder of the optional test data (recorded sequences, network weights): $TSG_SHARED, else
 /// ../shared beside the repository; nothing if neither is there.
@@ -25,12 +25,12 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-}  // namespace task_scene_graph::test
+}  // namespace tsg::test
 
 /// Skips the running gtest case, saying why, unless shared/<relative> exists; else sets `variable`
 /// to it.
 #define TSG_REQUIRE_SHARED(variable, relative)                                                   \
-  const auto variable##_root = task_scene_graph::test::findSharedFolder();                       \
+  const auto variable##_root = tsg::test::findSharedFolder();                                    \
   if (!variable##_root || !std::filesystem::exists(*variable##_root / (relative)))               \
     GTEST_SKIP() << "test data '" << (relative) << "' is not here (set TSG_SHARED to its root)"; \
   const std::filesystem::path variable = *variable##_root / (relative)

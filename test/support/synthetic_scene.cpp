@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace task_scene_graph::test {
+namespace tsg::test {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
@@ -115,4 +115,4 @@ double computeSceneDistance(const std::vector<Solid>& scene, const Eigen::Vector
   return nearest;
 }
 
-}  // namespace task_scene_graph::test
+}  // namespace tsg::test

@@ -8,7 +8,7 @@
 
 #include "task_scene_graph/core/frame.h"
 
-namespace task_scene_graph::test {
+namespace tsg::test {
 
 /// A solid with a closed form: where a ray first enters it, and how far a point is from it.
 struct Solid {
@@ -41,4 +41,4 @@ Pose lookAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target);
 /// Distance to the nearest solid of the scene, metres, negative inside.
 double computeSceneDistance(const std::vector<Solid>& scene, const Eigen::Vector3d& p);
 
-}  // namespace task_scene_graph::test
+}  // namespace tsg::test

@@ -7,7 +7,7 @@
 
 #include "task_scene_graph/bottleneck/distribution.h"
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 
 /// One merge of clusters a < b, named by their smallest primitive; the result is named a.
 struct MergeStep {
@@ -61,4 +61,4 @@ struct FormerRun {
 /// them again.
 MergeTape reagglomerate(const AgglomerationProblem& problem, const FormerRun& former);
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

@@ -8,7 +8,7 @@
 
 #include "task_scene_graph/core/box.h"
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 
 /// Which boxes overlap a given one (sharing a volume; touching is not enough), without looking at
 /// all pairs: an R-tree. Not thread-safe.
@@ -34,4 +34,4 @@ class BoxIndex {
   std::unique_ptr<Tree> tree_;
 };
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

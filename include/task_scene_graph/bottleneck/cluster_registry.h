@@ -7,7 +7,7 @@
 
 #include "task_scene_graph/bottleneck/component_set.h"
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 
 /// Names of clusters that outlive changes.
 ///
@@ -71,4 +71,4 @@ class ClusterRegistry {
   std::uint64_t next_id_ = 1;
 };
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

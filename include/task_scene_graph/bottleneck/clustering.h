@@ -12,7 +12,7 @@
 #include "task_scene_graph/core/box.h"
 #include "task_scene_graph/core/embedding.h"
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 
 class ClusteringEngine;
 
@@ -115,4 +115,4 @@ class IncrementalClustering {
   std::unique_ptr<ClusteringEngine> engine_;
 };
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

@@ -9,7 +9,7 @@
 #include "task_scene_graph/bottleneck/agglomeration.h"
 #include "task_scene_graph/bottleneck/primitive_graph.h"
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 
 using ComponentIndex = std::uint32_t;
 
@@ -55,4 +55,4 @@ class ComponentSet {
   std::set<Bound> applied_costs_;  // worst of the merges applied
 };
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

@@ -3,7 +3,7 @@
 
 #include "task_scene_graph/config/visitor.h"
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 
 /// p(y) inside the normaliser I(X;Y). The paper leaves it open; merges do not depend on it.
 enum class Prior {
@@ -60,4 +60,4 @@ struct ClusteringConfig {
   }
 };
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

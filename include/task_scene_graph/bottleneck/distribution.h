@@ -18,7 +18,7 @@
 /// / N               | Eq. 2, the information that a merge loses            | | -            | D,
 /// cost                 | N d_ij = (n_i + n_j) JS, independent of N            | | delta(k)     |
 /// delta = D / (N I(X;Y))  | Eq. 3, the loss counted positive                     |
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 
 /// One entry of a sparse vector over tasks.
 struct TaskMass {
@@ -59,4 +59,4 @@ constexpr double kCostUnit = 1e-9;
 /// D rounded to 9 decimals, as a count of kCostUnit. Ordering and thresholds use this number.
 std::int64_t roundCost(double cost);
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

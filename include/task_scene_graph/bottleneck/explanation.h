@@ -8,7 +8,7 @@
 #include "task_scene_graph/bottleneck/distribution.h"
 #include "task_scene_graph/bottleneck/primitive_graph.h"
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 
 /// A merge with what it mixed. A cluster is named by its smallest primitive.
 struct ExplainedMerge {
@@ -74,4 +74,4 @@ struct ClusteringStatistics {
   double naming_s = 0.0;           ///< cuts and stable ids
 };
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

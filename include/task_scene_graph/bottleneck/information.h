@@ -7,7 +7,7 @@
 #include "task_scene_graph/bottleneck/config.h"
 #include "task_scene_graph/bottleneck/distribution.h"
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 
 /// Sum of doubles in steps of 2^-60, exact, so that it does not depend on the order of additions
 /// and removals. For totals below 2^32 and fewer than 2^32 terms.
@@ -68,4 +68,4 @@ class MergeRule {
   std::int64_t limit_;
 };
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

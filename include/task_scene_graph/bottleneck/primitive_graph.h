@@ -11,7 +11,7 @@
 #include "task_scene_graph/core/box.h"
 #include "task_scene_graph/core/embedding.h"
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 
 /// Whoever inserts a primitive names it; any number, unique.
 using NodeKey = std::uint64_t;
@@ -101,4 +101,4 @@ class PrimitiveGraph {
 /// "primitive 17", for messages.
 std::string describeKey(NodeKey key);
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

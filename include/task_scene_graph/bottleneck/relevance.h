@@ -8,7 +8,7 @@
 #include "task_scene_graph/bottleneck/distribution.h"
 #include "task_scene_graph/core/embedding.h"
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 
 /// @throws std::invalid_argument saying whose embedding it is unless it has entries, all finite,
 /// and not all zero.
@@ -48,4 +48,4 @@ SparseMasses computeRelevance(const std::vector<double>& scores, const Clusterin
 /// Whether Eq. 5's pre-pruning applies: max phi < alpha, or there is no task.
 bool isPruned(const std::vector<double>& scores, const ClusteringConfig& config);
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

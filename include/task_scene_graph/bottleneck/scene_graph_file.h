@@ -8,7 +8,7 @@
 
 #include "task_scene_graph/bottleneck/clustering.h"
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 
 /// A primitive of a scene graph file; its key is spark_dsg's 64-bit node id.
 struct FilePrimitive {
@@ -49,4 +49,4 @@ class SceneGraphFile {
 /// "s12 (8286623314361712652)": a node id as spark_dsg prints it, and as a number.
 std::string describeNode(NodeKey id);
 
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

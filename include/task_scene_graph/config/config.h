@@ -10,7 +10,7 @@
 
 #include "task_scene_graph/config/visitor.h"
 
-namespace task_scene_graph::config {
+namespace tsg::config {
 
 /// Every violation found in a configuration, one per line.
 class ConfigError : public std::runtime_error {
@@ -260,4 +260,4 @@ YAML::Node loadYamlFile(const std::string& path);
 /// candidates).
 std::string findNearestName(const std::string& name, const std::vector<std::string>& candidates);
 
-}  // namespace task_scene_graph::config
+}  // namespace tsg::config

@@ -21,9 +21,9 @@
 ///     };
 ///
 /// The visitors of config.h load, check, print and document any such struct. Field types: bool,
-/// int, double, std::string, std::vector<std::string>, std::vector<double>. Ranges are inclusive and
-/// only checked for numbers.
-namespace task_scene_graph::config {
+/// int, double, std::string, std::vector<std::string>, std::vector<double>. Ranges are inclusive
+/// and only checked for numbers.
+namespace tsg::config {
 
 struct Range {
   double min = -std::numeric_limits<double>::infinity();
@@ -33,4 +33,4 @@ struct Range {
 template <typename Enum>
 using Choices = std::vector<std::pair<std::string, Enum>>;
 
-}  // namespace task_scene_graph::config
+}  // namespace tsg::config

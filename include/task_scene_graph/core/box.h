@@ -3,7 +3,7 @@
 
 #include <Eigen/Geometry>
 
-namespace task_scene_graph {
+namespace tsg {
 
 /// Axis-aligned box in the world frame, metres. A default-constructed box is empty.
 using Aabb = Eigen::AlignedBox3d;
@@ -27,4 +27,4 @@ inline double computeIoU(const Aabb& a, const Aabb& b) {
   return total > 0.0 ? shared / total : 0.0;
 }
 
-}  // namespace task_scene_graph
+}  // namespace tsg

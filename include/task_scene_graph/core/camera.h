@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-namespace task_scene_graph {
+namespace tsg {
 
 /// Pinhole camera of a rectified image. Frame: x right, y down, z forward (optical frame). Pixel
 /// centres lie at whole numbers.
@@ -34,4 +34,4 @@ struct CameraModel {
 bool operator==(const CameraModel& a, const CameraModel& b);
 inline bool operator!=(const CameraModel& a, const CameraModel& b) { return !(a == b); }
 
-}  // namespace task_scene_graph
+}  // namespace tsg

@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-namespace task_scene_graph {
+namespace tsg {
 
 /// A vector in the joint image-text space (D floats). An empty vector means "no embedding".
 using Embedding = Eigen::VectorXf;
@@ -19,4 +19,4 @@ double computeCosine(const Eigen::MatrixBase<A>& a, const Eigen::MatrixBase<B>& 
   return static_cast<double>(a.dot(b)) / norms;
 }
 
-}  // namespace task_scene_graph
+}  // namespace tsg

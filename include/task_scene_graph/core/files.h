@@ -5,7 +5,7 @@
 #include <functional>
 #include <ostream>
 
-namespace task_scene_graph {
+namespace tsg {
 
 /// Writes a file so that it is there whole or not at all: `write` fills a temporary file in the
 /// same folder, which is flushed to the disk and renamed to `path`. Parent folders are made.
@@ -14,4 +14,4 @@ namespace task_scene_graph {
 void writeFileAtomically(const std::filesystem::path& path,
                          const std::function<void(std::ostream&)>& write);
 
-}  // namespace task_scene_graph
+}  // namespace tsg

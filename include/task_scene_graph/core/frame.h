@@ -11,7 +11,7 @@
 #include "task_scene_graph/core/embedding.h"
 #include "task_scene_graph/core/stamp.h"
 
-namespace task_scene_graph {
+namespace tsg {
 
 /// Rigid transform. `T_a_b` maps coordinates in b to coordinates in a: p_a = T_a_b * p_b.
 using Pose = Eigen::Isometry3d;
@@ -78,4 +78,4 @@ struct Segmentation {
 
 using SegmentationPtr = std::shared_ptr<const Segmentation>;
 
-}  // namespace task_scene_graph
+}  // namespace tsg

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <functional>
 
-namespace task_scene_graph {
+namespace tsg {
 
 /// An integer id that cannot be mixed up with an id of another kind. Ids count from 1; 0 is "none".
 template <typename Tag>
@@ -23,11 +23,11 @@ using ObjectId = Id<struct ObjectTag>;
 using PlaceId = Id<struct PlaceTag>;
 using RegionId = Id<struct RegionTag>;
 
-}  // namespace task_scene_graph
+}  // namespace tsg
 
 template <typename Tag>
-struct std::hash<task_scene_graph::Id<Tag>> {
-  std::size_t operator()(task_scene_graph::Id<Tag> id) const noexcept {
+struct std::hash<tsg::Id<Tag>> {
+  std::size_t operator()(tsg::Id<Tag> id) const noexcept {
     return std::hash<std::uint64_t>()(id.value);
   }
 };

@@ -8,7 +8,7 @@
 
 #include "task_scene_graph/core/box.h"
 
-namespace task_scene_graph {
+namespace tsg {
 
 /// Indexed triangle mesh in the world frame.
 struct Mesh {
@@ -24,4 +24,4 @@ struct Mesh {
   Aabb computeBounds() const;
 };
 
-}  // namespace task_scene_graph
+}  // namespace tsg

@@ -11,7 +11,7 @@
 #include "task_scene_graph/core/mesh.h"
 #include "task_scene_graph/core/stamp.h"
 
-namespace task_scene_graph {
+namespace tsg {
 
 /// One segment of one frame that belongs to a track.
 struct Observation {
@@ -74,4 +74,4 @@ struct PlaceGraph {
 
 using PlaceGraphPtr = std::shared_ptr<const PlaceGraph>;
 
-}  // namespace task_scene_graph
+}  // namespace tsg

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace task_scene_graph {
+namespace tsg {
 
 /// Summary of how long a stage took, milliseconds of wall time.
 struct TimeSummary {
@@ -51,4 +51,4 @@ class StageTimes {
   std::map<std::string, std::vector<double>> times_ms_;
 };
 
-}  // namespace task_scene_graph
+}  // namespace tsg

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <functional>
 
-namespace task_scene_graph {
+namespace tsg {
 
 /// Time of a sensor message: nanoseconds since the epoch of the message clock (never the wall
 /// clock).
@@ -28,11 +28,11 @@ inline double secondsBetween(Stamp earlier, Stamp later) {
   return static_cast<double>(later.ns - earlier.ns) * 1e-9;
 }
 
-}  // namespace task_scene_graph
+}  // namespace tsg
 
 template <>
-struct std::hash<task_scene_graph::Stamp> {
-  std::size_t operator()(task_scene_graph::Stamp stamp) const noexcept {
+struct std::hash<tsg::Stamp> {
+  std::size_t operator()(tsg::Stamp stamp) const noexcept {
     return std::hash<std::int64_t>()(stamp.ns);
   }
 };

@@ -6,7 +6,7 @@
 
 #include "task_scene_graph/core/embedding.h"
 
-namespace task_scene_graph::language {
+namespace tsg::language {
 
 /// What stands for the task in a prompt template, as in "an image of {}".
 constexpr const char* kPlaceholder = "{}";
@@ -27,4 +27,4 @@ EmbeddingMatrix normalizeRows(EmbeddingMatrix embeddings);
 /// @throws std::invalid_argument if the rows cannot be divided so.
 EmbeddingMatrix averageGroups(const EmbeddingMatrix& embeddings, int group_size);
 
-}  // namespace task_scene_graph::language
+}  // namespace tsg::language

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace task_scene_graph::language {
+namespace tsg::language {
 
 /// Cleans a prompt as open_clip's tokenizer does by default: broken text repaired (NFC, straight
 /// quotation marks, normal width, no control characters), HTML references decoded twice, runs of
@@ -21,4 +21,4 @@ std::string cleanText(const std::string& utf8_text);
 /// @throws std::invalid_argument if the text is not valid UTF-8. O(length); thread-safe.
 std::vector<std::string> splitWords(const std::string& clean_utf8_text);
 
-}  // namespace task_scene_graph::language
+}  // namespace tsg::language

@@ -10,7 +10,7 @@
 #include "task_scene_graph/segmentation/inference_engine.h"
 #include "task_scene_graph/segmentation/model_set.h"
 
-namespace task_scene_graph::language {
+namespace tsg::language {
 
 struct TextEncoderConfig {
   std::vector<std::string> prompt_templates = {"{}"};
@@ -67,4 +67,4 @@ class TextEncoder {
   int fixed_batch_ = 0;  ///< the file's batch size, 0 where it leaves it open
 };
 
-}  // namespace task_scene_graph::language
+}  // namespace tsg::language

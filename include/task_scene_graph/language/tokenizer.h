@@ -7,7 +7,7 @@
 
 #include "task_scene_graph/language/vocabulary.h"
 
-namespace task_scene_graph::language {
+namespace tsg::language {
 
 /// Length of the texts that CLIP's text encoders read, in tokens.
 constexpr int kClipContextLength = 77;
@@ -39,4 +39,4 @@ class Tokenizer {
   int context_length_;
 };
 
-}  // namespace task_scene_graph::language
+}  // namespace tsg::language

@@ -8,7 +8,7 @@
 #include <unordered_map>
 #include <vector>
 
-namespace task_scene_graph::language {
+namespace tsg::language {
 
 using TokenId = std::int64_t;
 
@@ -49,4 +49,4 @@ class Vocabulary {
 /// (${XDG_CACHE_HOME:-~/.cache}/task_scene_graph); nothing if it is not there.
 std::optional<std::string> findInstalledVocabulary();
 
-}  // namespace task_scene_graph::language
+}  // namespace tsg::language

@@ -9,7 +9,7 @@
 #include "task_scene_graph/core/mesh.h"
 #include "task_scene_graph/mapping/tsdf_integrator.h"
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 
 /// Parameters of the background map. A block is archived when it is both far and long unseen, so
 /// that a flat stays whole while memory and time per frame do not grow with a large building.
@@ -110,4 +110,4 @@ class BackgroundMap {
   MeshMap archived_;  ///< shown in cells that are not fully observed; none is empty
 };
 
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

@@ -8,7 +8,7 @@
 #include "task_scene_graph/mapping/depth_buffer.h"
 #include "task_scene_graph/mapping/tsdf_volume.h"
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 
 /// A set of grid indices that remembers the order of insertion; open addressing.
 class GridIndexSet {
@@ -73,4 +73,4 @@ class BlockSelector {
   std::vector<BlockBox> latest_;  ///< by piece of the segment: neighbours mostly repeat them
 };
 
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

@@ -5,7 +5,7 @@
 
 #include "task_scene_graph/core/frame.h"
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 
 /// Smallest and largest valid depth of some pixels, metres; both 0 if none is valid.
 struct DepthLimits {
@@ -62,4 +62,4 @@ class DepthBuffer {
   std::vector<float> tile_max_m_;
 };
 
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

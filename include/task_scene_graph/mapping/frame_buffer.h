@@ -10,7 +10,7 @@
 #include "task_scene_graph/core/frame.h"
 #include "task_scene_graph/core/primitives.h"
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 
 struct FrameBufferConfig {
   int max_megabytes = 1024;
@@ -85,4 +85,4 @@ class FrameBuffer {
   FrameBufferCounters counters_;
 };
 
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

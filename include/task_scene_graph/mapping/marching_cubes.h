@@ -4,7 +4,7 @@
 #include "task_scene_graph/core/mesh.h"
 #include "task_scene_graph/mapping/tsdf_volume.h"
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 
 /// Surface (distance 0) of the cells whose lowest voxel lies in the block; a cell spans the centres
 /// of 2 x 2 x 2 voxels, so the block's upper neighbours are read too. Only cells whose 8 voxels
@@ -24,4 +24,4 @@ Mesh computeMesh(const TsdfVolume& volume, double min_weight, int num_threads = 
 /// that lost their area by that removed. O(vertices).
 Mesh weldVertices(const Mesh& mesh);
 
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 
 /// Corner i of a cell lies at (i & 1, i >> 1 & 1, i >> 2 & 1). Edge 4 * a + k runs along axis a
 /// (0 = x, 1 = y, 2 = z) from the k-th corner whose coordinate on that axis is 0.
@@ -30,4 +30,4 @@ using CellTriangles = std::vector<std::array<std::uint8_t, 3>>;
 /// agree on the face they share and the surface is closed.
 const std::array<CellTriangles, 256>& cellTriangles();
 
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

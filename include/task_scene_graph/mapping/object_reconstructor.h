@@ -7,7 +7,7 @@
 #include "task_scene_graph/core/primitives.h"
 #include "task_scene_graph/mapping/frame_buffer.h"
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 
 /// Parameters of object reconstruction; defaults of the authors' "fine" configuration where not
 /// said otherwise. min_observations is theirs put plainly: a confidence above 0.5 needs four
@@ -109,4 +109,4 @@ class ObjectReconstructor {
   ObjectConfig config_;
 };
 
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

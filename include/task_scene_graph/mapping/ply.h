@@ -6,7 +6,7 @@
 
 #include "task_scene_graph/core/mesh.h"
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 
 /// Writes a mesh as binary little-endian PLY: vertices x, y, z (float, metres), red, green, blue
 /// (uchar), faces as lists of int. The file appears under its name only once it is complete.
@@ -19,4 +19,4 @@ void writePly(const std::filesystem::path& path, const Mesh& mesh);
 void writePly(const std::filesystem::path& path, const Mesh& mesh,
               const std::vector<std::int32_t>& object_ids);
 
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

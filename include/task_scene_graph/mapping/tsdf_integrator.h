@@ -10,7 +10,7 @@
 #include "task_scene_graph/mapping/depth_buffer.h"
 #include "task_scene_graph/mapping/tsdf_volume.h"
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 
 enum class Weighting {
   /// fx fy (voxel / z)^2 / z^2: pixels per voxel over the variance of depth. z is the depth of the
@@ -115,4 +115,4 @@ class TsdfIntegrator {
 /// Ascending by (z, y, x), the order in which blocks are reported.
 bool isBefore(const GridIndex& a, const GridIndex& b);
 
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

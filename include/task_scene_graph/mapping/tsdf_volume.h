@@ -11,7 +11,7 @@
 
 #include "task_scene_graph/core/box.h"
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 
 /// Integer coordinates of a voxel or a block. Voxel i covers [i, i+1) * voxel_size_m; its distance
 /// is that of its centre (i + 0.5) * voxel_size_m. Block b holds voxels [b, b+1) * kBlockSide.
@@ -97,4 +97,4 @@ class TsdfVolume {
   Blocks blocks_;
 };
 
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

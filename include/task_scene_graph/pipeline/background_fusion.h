@@ -9,7 +9,7 @@
 #include "task_scene_graph/mapping/background_map.h"
 #include "task_scene_graph/places/place_extractor.h"
 
-namespace task_scene_graph::pipeline {
+namespace tsg::pipeline {
 
 struct BackgroundFusionConfig {
   mapping::BackgroundConfig background;
@@ -61,4 +61,4 @@ class BackgroundFusion {
   std::optional<Stamp> last_places_;
 };
 
-}  // namespace task_scene_graph::pipeline
+}  // namespace tsg::pipeline

@@ -11,7 +11,7 @@
 #include "task_scene_graph/mapping/frame_buffer.h"
 #include "task_scene_graph/mapping/object_reconstructor.h"
 
-namespace task_scene_graph::pipeline {
+namespace tsg::pipeline {
 
 struct ObjectFusionConfig {
   mapping::FrameBufferConfig frame_buffer;
@@ -25,8 +25,8 @@ struct ObjectFusionConfig {
 };
 
 /// From finished tracks to object primitives: keeps the segmented frames that live tracks need and
-/// reconstructs each track from them once it has ended [Clio24, Sec. IV-A]. Frames are shared, never
-/// copied. Not thread-safe: one worker owns it.
+/// reconstructs each track from them once it has ended [Clio24, Sec. IV-A]. Frames are shared,
+/// never copied. Not thread-safe: one worker owns it.
 class ObjectFusion {
  public:
   explicit ObjectFusion(const ObjectFusionConfig& config);
@@ -50,4 +50,4 @@ class ObjectFusion {
   std::map<std::string, std::size_t> rejections_;
 };
 
-}  // namespace task_scene_graph::pipeline
+}  // namespace tsg::pipeline

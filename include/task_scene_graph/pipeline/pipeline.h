@@ -11,7 +11,7 @@
 #include "task_scene_graph/segmentation/segmenter.h"
 #include "task_scene_graph/tracking/tracker.h"
 
-namespace task_scene_graph::pipeline {
+namespace tsg::pipeline {
 
 struct MeshFusionConfig {
   BackgroundFusionConfig background_fusion;
@@ -40,8 +40,8 @@ struct PipelineConfig {
   }
 };
 
-/// The whole chain [Clio24, Fig. 3] in one thread, every frame in order: what the nodelets do, without
-/// a clock. The result depends on the frames only, not on time or the number of threads.
+/// The whole chain [Clio24, Fig. 3] in one thread, every frame in order: what the nodelets do,
+/// without a clock. The result depends on the frames only, not on time or the number of threads.
 class Pipeline {
  public:
   /// @param segmenter  may be null: only recorded segmentations are used then.
@@ -76,4 +76,4 @@ class Pipeline {
   Stamp newest_;
 };
 
-}  // namespace task_scene_graph::pipeline
+}  // namespace tsg::pipeline

@@ -8,7 +8,7 @@
 
 #include "task_scene_graph/mapping/tsdf_volume.h"
 
-namespace task_scene_graph::places {
+namespace tsg::places {
 
 using mapping::GridIndex;
 
@@ -53,4 +53,4 @@ struct NearestField {
 NearestField computeNearestField(const GridExtent& extent, const std::vector<char>& is_source,
                                  double max_cells);
 
-}  // namespace task_scene_graph::places
+}  // namespace tsg::places

@@ -8,7 +8,7 @@
 #include "task_scene_graph/places/places_config.h"
 #include "task_scene_graph/places/voxel_map.h"
 
-namespace task_scene_graph::places {
+namespace tsg::places {
 
 /// Observed free cells with their clearance, as a ground plan (size z = 1) or a volume.
 struct FreeSpace {
@@ -46,4 +46,4 @@ std::vector<char> findVoronoiCells(const FreeSpace& space, const PlacesConfig& c
 /// Smallest clearance of the cells on the straight line between two cells; 0 if one is not free.
 double computeLineClearance(const FreeSpace& space, std::size_t from, std::size_t to);
 
-}  // namespace task_scene_graph::places
+}  // namespace tsg::places

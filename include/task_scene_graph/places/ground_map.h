@@ -9,7 +9,7 @@
 #include "task_scene_graph/places/places_config.h"
 #include "task_scene_graph/places/voxel_map.h"
 
-namespace task_scene_graph::places {
+namespace tsg::places {
 
 /// One connected floor: ground plan of the columns in which a body can stand.
 struct Floor {
@@ -42,4 +42,4 @@ class GroundMap {
 std::vector<float> findGround(const VoxelMap::Column& column, double voxel_size_m,
                               double body_height_m);
 
-}  // namespace task_scene_graph::places
+}  // namespace tsg::places

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace task_scene_graph::places {
+namespace tsg::places {
 
 struct NearPair {
   std::size_t a = 0;
@@ -19,4 +19,4 @@ std::vector<NearPair> findNearPairs(const std::vector<Eigen::Vector3d>& from_m,
                                     const std::vector<Eigen::Vector3d>& to_m,
                                     double max_distance_m);
 
-}  // namespace task_scene_graph::places
+}  // namespace tsg::places

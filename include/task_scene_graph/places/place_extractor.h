@@ -14,7 +14,7 @@
 #include "task_scene_graph/places/view_database.h"
 #include "task_scene_graph/places/voxel_map.h"
 
-namespace task_scene_graph::places {
+namespace tsg::places {
 
 /// What a PlaceExtractor has done since it was made.
 struct PlaceCounters {
@@ -88,4 +88,4 @@ class PlaceExtractor {
   PlaceCounters counters_;
 };
 
-}  // namespace task_scene_graph::places
+}  // namespace tsg::places

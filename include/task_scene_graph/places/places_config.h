@@ -3,7 +3,7 @@
 
 #include "task_scene_graph/config/visitor.h"
 
-namespace task_scene_graph::places {
+namespace tsg::places {
 
 /// What counts as free, and in which directions clearance is measured.
 enum class FreeSpaceKind {
@@ -79,4 +79,4 @@ struct PlacesConfig {
   }
 };
 
-}  // namespace task_scene_graph::places
+}  // namespace tsg::places

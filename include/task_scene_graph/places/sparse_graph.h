@@ -8,7 +8,7 @@
 #include "task_scene_graph/places/free_space.h"
 #include "task_scene_graph/places/places_config.h"
 
-namespace task_scene_graph::places {
+namespace tsg::places {
 
 struct SparsePlace {
   std::size_t cell = 0;  ///< the voxel of the set with the largest clearance
@@ -45,4 +45,4 @@ std::vector<SparsePlace> findFillPlaces(const FreeSpace& space,
 SparseGraph computeSparseGraph(const FreeSpace& space, const std::vector<char>& is_voronoi,
                                const PlacesConfig& config);
 
-}  // namespace task_scene_graph::places
+}  // namespace tsg::places

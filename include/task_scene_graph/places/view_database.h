@@ -8,7 +8,7 @@
 
 #include "task_scene_graph/core/frame.h"
 
-namespace task_scene_graph::places {
+namespace tsg::places {
 
 /// What a view needs to say whether it sees a point: the depth image is kept as the median of each
 /// tile of 8 x 8 px (640 x 480: 9.6 kB), the embedding as it is (D = 768: 3 kB).
@@ -66,4 +66,4 @@ class ViewDatabase {
   std::uint64_t forgotten_ = 0;
 };
 
-}  // namespace task_scene_graph::places
+}  // namespace tsg::places

@@ -11,7 +11,7 @@
 
 #include "task_scene_graph/mapping/tsdf_volume.h"
 
-namespace task_scene_graph::places {
+namespace tsg::places {
 
 using mapping::GridIndex;
 
@@ -61,4 +61,4 @@ class VoxelMap {
   std::map<ColumnIndex, BlockColumn> columns_;
 };
 
-}  // namespace task_scene_graph::places
+}  // namespace tsg::places

@@ -9,7 +9,7 @@
 
 #include "task_scene_graph/core/stamp.h"
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 
 /// What a stage has received from the stage before it; lets a finishing stage wait for the rest.
 class Arrivals {
@@ -40,4 +40,4 @@ class Arrivals {
   Stamp newest_;
 };
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

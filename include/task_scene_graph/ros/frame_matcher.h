@@ -9,7 +9,7 @@
 
 #include "task_scene_graph/core/frame.h"
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 
 /// Brings frames and their segmentations together by exact stamp. Either may come first: a
 /// segmentation is usually late, a frame may have to wait for its pose. Thread-safe.
@@ -43,4 +43,4 @@ class FrameMatcher {
   std::uint64_t num_unmatched_ = 0;
 };
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

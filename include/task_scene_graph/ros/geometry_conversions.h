@@ -12,7 +12,7 @@
 #include "task_scene_graph/core/stamp.h"
 #include "task_scene_graph/ros/messages.h"
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 
 /// Exact in both directions for every time that a message can hold.
 Stamp toStamp(const ::ros::Time& time);
@@ -33,4 +33,4 @@ msg::BoundingBox toBoundingBox(const Aabb& box);
 /// The smallest axis-aligned box around the (possibly rotated) box; empty for size 0.
 Aabb toAabb(const msg::BoundingBox& box);
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

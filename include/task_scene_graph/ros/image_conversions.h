@@ -11,7 +11,7 @@
 #include "task_scene_graph/core/camera.h"
 #include "task_scene_graph/core/frame.h"
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 
 /// A message that cannot be used; the text names the topic, the value and what was expected.
 class InputError : public std::runtime_error {
@@ -47,4 +47,4 @@ bool isShared(const cv::Mat& image, const sensor_msgs::Image& message);
 sensor_msgs::ImagePtr toImageMessage(const cv::Mat& image, const std::string& encoding, Stamp stamp,
                                      const std::string& frame);
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

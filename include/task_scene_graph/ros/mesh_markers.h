@@ -10,7 +10,7 @@
 
 #include "task_scene_graph/mapping/background_map.h"
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 
 /// The background mesh as markers for rviz: one TRIANGLE_LIST per cube of kChunkSide^3 blocks,
 /// under an id that never changes; only chunks that changed are sent again, in messages of bounded
@@ -47,4 +47,4 @@ class MeshMarkers {
   Chunks chunks_;
 };
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

@@ -12,7 +12,7 @@
 
 /// Core types <-> messages. `toMessage` of the result of `fromMessage` gives the message back, and
 /// the other way round. All functions are pure and linear in the size of their input.
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 
 std::vector<float> toFloats(const Embedding& embedding);
 Embedding toEmbedding(const std::vector<float>& values);
@@ -41,4 +41,4 @@ msg::PlaceEdge toMessage(const PlaceEdge& edge);
 PlaceGraphPtr fromMessage(const msg::PlaceGraph& message);
 msg::PlaceGraphPtr toMessage(const PlaceGraph& graph, const std::string& world_frame);
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

@@ -9,7 +9,7 @@
 
 #include "task_scene_graph/config/config.h"
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 
 /// A ROS parameter as YAML; numbers keep every digit. @throws std::invalid_argument for types that
 /// YAML configurations do not have (dates, binary data).
@@ -27,4 +27,4 @@ Config loadParameters(const ::ros::NodeHandle& private_handle, Config defaults =
                       "parameters of " + private_handle.getNamespace(), std::move(defaults));
 }
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

@@ -15,7 +15,7 @@
 
 #include "task_scene_graph/core/frame.h"
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 
 /// Keeps frames, in order, until tf knows the camera's pose at their stamp. Nobody is blocked: a
 /// thread of its own looks whenever tf has changed.
@@ -74,4 +74,4 @@ class PoseWaiter {
   std::thread thread_;
 };
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

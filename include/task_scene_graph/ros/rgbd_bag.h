@@ -11,7 +11,7 @@
 
 #include "task_scene_graph/core/frame.h"
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 
 struct BagTopics {
   std::string color = "/camera/color/image_raw";
@@ -27,23 +27,24 @@ struct BagOptions {
   double sync_tolerance_s = 0.02;         ///< between colour and depth
 };
 
-/// RGB-D frames with poses out of a rosbag, in order of their stamps and without a clock. Depth is the
-/// nearest in time to the colour image; the pose is tf's at the colour image's stamp, interpolated.
+/// RGB-D frames with poses out of a rosbag, in order of their stamps and without a clock. Depth is
+/// the nearest in time to the colour image; the pose is tf's at the colour image's stamp,
+/// interpolated.
 class RgbdBag {
  public:
   using OnFrame = std::function<void(const RgbdFramePtr&, const SegmentationPtr& recorded)>;
 
-  /// Reads the whole of tf. @throws std::runtime_error naming the file, or the topic without messages
-  /// and those that the bag has.
+  /// Reads the whole of tf. @throws std::runtime_error naming the file, or the topic without
+  /// messages and those that the bag has.
   RgbdBag(const std::string& path, const BagOptions& options);
   ~RgbdBag();
 
   std::size_t numColorImages() const;
   bool hasRecordedSegmentation() const;
 
-  /// Calls `on_frame` for every usable frame; `recorded` is null where the bag has no segmentation of
-  /// it. `on_progress` gets the number of colour images read so far. Frames that cannot be used are
-  /// counted in drops().
+  /// Calls `on_frame` for every usable frame; `recorded` is null where the bag has no segmentation
+  /// of it. `on_progress` gets the number of colour images read so far. Frames that cannot be used
+  /// are counted in drops().
   void forEachFrame(const OnFrame& on_frame, const std::function<void(std::size_t)>& on_progress);
 
   struct Drops {
@@ -58,4 +59,4 @@ class RgbdBag {
   std::unique_ptr<Implementation> implementation_;
 };
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

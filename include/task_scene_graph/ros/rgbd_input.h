@@ -20,7 +20,7 @@
 #include "task_scene_graph/ros/stamp_order.h"
 #include "task_scene_graph/ros/topic_watch.h"
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 
 /// Group `input` of the nodelets that take RGB-D images.
 struct InputConfig {
@@ -117,4 +117,4 @@ class RgbdInput {
   ::ros::Subscriber info_;
 };
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

@@ -7,7 +7,7 @@
 
 #include "task_scene_graph/core/stamp.h"
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 
 /// One nodelet of a program: its class, and the name under which it runs.
 struct NodeletSpec {
@@ -35,4 +35,4 @@ struct FinishedStages {
 /// published; a stage whose service does not exist is passed over.
 FinishedStages finishStages(const std::vector<std::string>& stages);
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

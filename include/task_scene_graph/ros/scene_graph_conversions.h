@@ -6,7 +6,7 @@
 #include "task_scene_graph/ros/messages.h"
 #include "task_scene_graph/scene_graph/scene_graph.h"
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 
 /// @param with_embeddings  else the embeddings of objects, places and regions are left empty
 msg::SceneGraphPtr toMessage(const scene_graph::SceneGraph& graph, const std::string& world_frame,
@@ -16,4 +16,4 @@ msg::SceneGraphPtr toMessage(const scene_graph::SceneGraph& graph, const std::st
 /// `config` is the default one.
 scene_graph::SceneGraph fromMessage(const msg::SceneGraph& message);
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

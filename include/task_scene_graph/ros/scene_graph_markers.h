@@ -10,7 +10,7 @@
 #include "task_scene_graph/config/visitor.h"
 #include "task_scene_graph/scene_graph/scene_graph.h"
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 
 /// How the graph is drawn: group `markers` of the scene_graph nodelet. Layers are lifted above the
 /// map so that they can be told apart; boxes stay where the objects are.
@@ -52,4 +52,4 @@ class SceneGraphMarkers {
 /// Colour of the i-th task or region: far apart for neighbouring i; grey for i < 0.
 std_msgs::ColorRGBA computeColor(int index, float alpha);
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 
 /// What a stage did so far: counters for /diagnostics, and problems for the log. All functions may
 /// be called from any thread.
@@ -72,4 +72,4 @@ class StageTimer {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

@@ -5,7 +5,7 @@
 
 #include "task_scene_graph/core/stamp.h"
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 
 /// Judges the stamps of a stream: each is later than the one before, or it says what else it is.
 class StampOrder {
@@ -36,4 +36,4 @@ class StampOrder {
   std::optional<Stamp> newest_;
 };
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

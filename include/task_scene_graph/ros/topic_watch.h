@@ -9,7 +9,7 @@
 
 #include "task_scene_graph/ros/stage_report.h"
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 
 /// Says by name which topics have been silent since the start. Not thread-safe: to be used from the
 /// callbacks of one queue.
@@ -39,4 +39,4 @@ class TopicWatch {
   std::vector<Topic> topics_;
 };
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

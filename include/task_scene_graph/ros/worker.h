@@ -10,7 +10,7 @@
 #include <thread>
 #include <utility>
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 
 /// One thread that owns a stage: callbacks queue items, the thread handles them one by one, in
 /// order. The queue is bounded; a full one drops its oldest item. With capacity 1 it is a mailbox
@@ -93,4 +93,4 @@ class Worker {
   std::thread thread_;
 };
 
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

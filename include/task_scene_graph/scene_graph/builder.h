@@ -11,7 +11,7 @@
 #include "task_scene_graph/scene_graph/scene_graph.h"
 #include "task_scene_graph/scene_graph/tasks.h"
 
-namespace task_scene_graph::scene_graph {
+namespace tsg::scene_graph {
 
 /// Clio's back end [Clio24, Sec. IV-B]: gathers object primitives and places and clusters them into
 /// objects and regions for the tasks at hand. Changes are gathered cheaply; the clustering runs in
@@ -62,4 +62,4 @@ class SceneGraphBuilder {
   SceneGraphPtr snapshot_;  ///< null: something has changed since it was made
 };
 
-}  // namespace task_scene_graph::scene_graph
+}  // namespace tsg::scene_graph

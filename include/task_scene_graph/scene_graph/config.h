@@ -4,7 +4,7 @@
 #include "task_scene_graph/bottleneck/config.h"
 #include "task_scene_graph/config/visitor.h"
 
-namespace task_scene_graph::scene_graph {
+namespace tsg::scene_graph {
 
 /// What the user tunes of the scene graph stage. All of it may be changed while running.
 struct SceneGraphConfig {
@@ -73,4 +73,4 @@ struct SceneGraphConfig {
   }
 };
 
-}  // namespace task_scene_graph::scene_graph
+}  // namespace tsg::scene_graph

@@ -5,7 +5,7 @@
 
 #include "task_scene_graph/scene_graph/scene_graph.h"
 
-namespace task_scene_graph::scene_graph {
+namespace tsg::scene_graph {
 
 struct SparkDsgOptions {
   bool primitives = true;  ///< write the SEGMENTS layer: every object primitive
@@ -26,4 +26,4 @@ void writeSparkDsg(const std::string& path, const SceneGraph& graph,
 /// @throws std::runtime_error naming the path.
 void writeSummary(const std::string& path, const SceneGraph& graph);
 
-}  // namespace task_scene_graph::scene_graph
+}  // namespace tsg::scene_graph

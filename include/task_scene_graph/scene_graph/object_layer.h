@@ -13,12 +13,12 @@
 #include "task_scene_graph/scene_graph/scene_graph.h"
 #include "task_scene_graph/scene_graph/tasks.h"
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 class IncrementalClustering;
 struct Cluster;
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck
 
-namespace task_scene_graph::scene_graph {
+namespace tsg::scene_graph {
 
 /// How many primitives were given, and what became of them.
 struct PrimitiveCounters {
@@ -76,4 +76,4 @@ class ObjectLayer {
   Stamp newest_;
 };
 
-}  // namespace task_scene_graph::scene_graph
+}  // namespace tsg::scene_graph

@@ -14,11 +14,11 @@
 #include "task_scene_graph/scene_graph/scene_graph.h"
 #include "task_scene_graph/scene_graph/tasks.h"
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 class IncrementalClustering;
 }
 
-namespace task_scene_graph::scene_graph {
+namespace tsg::scene_graph {
 
 /// What a new place graph changed for the clustering, and what was wrong with it.
 struct PlaceUpdate {
@@ -70,4 +70,4 @@ class RegionLayer {
   std::vector<PlaceKeys> edges_;         ///< ... and the edges between them
 };
 
-}  // namespace task_scene_graph::scene_graph
+}  // namespace tsg::scene_graph

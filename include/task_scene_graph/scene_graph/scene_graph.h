@@ -9,7 +9,7 @@
 #include "task_scene_graph/core/primitives.h"
 #include "task_scene_graph/scene_graph/config.h"
 
-namespace task_scene_graph::scene_graph {
+namespace tsg::scene_graph {
 
 /// A task-relevant object: a cluster of object primitives [Clio24, Sec. IV-B].
 struct SceneObject {
@@ -69,4 +69,4 @@ std::vector<RegionId> computeRegionOfObjects(const SceneGraph& graph);
 /// The pairs of regions of which places are joined; ascending. O(edges * log(places)).
 std::vector<RegionEdge> computeRegionEdges(const SceneGraph& graph);
 
-}  // namespace task_scene_graph::scene_graph
+}  // namespace tsg::scene_graph

@@ -6,7 +6,7 @@
 #include "task_scene_graph/bottleneck/relevance.h"
 #include "task_scene_graph/core/embedding.h"
 
-namespace task_scene_graph::scene_graph {
+namespace tsg::scene_graph {
 
 struct TaskScore {
   int task_index = -1;  ///< row of the task matrix; -1 = none
@@ -33,4 +33,4 @@ class EmbeddingMean {
   int count_ = 0;
 };
 
-}  // namespace task_scene_graph::scene_graph
+}  // namespace tsg::scene_graph

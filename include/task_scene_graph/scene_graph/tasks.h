@@ -7,7 +7,7 @@
 
 #include "task_scene_graph/core/embedding.h"
 
-namespace task_scene_graph::scene_graph {
+namespace tsg::scene_graph {
 
 /// The tasks in plain words (t_1 ... t_m of [Clio24, Sec. III]), in the order of their file.
 struct TaskList {
@@ -61,4 +61,4 @@ void writeTasks(const std::string& path, const TaskList& tasks);
 void checkUsable(const TaskList& tasks, const std::string& path, bool has_text_encoder,
                  int embedding_size);
 
-}  // namespace task_scene_graph::scene_graph
+}  // namespace tsg::scene_graph

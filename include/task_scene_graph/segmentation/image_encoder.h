@@ -11,7 +11,7 @@
 #include "task_scene_graph/segmentation/inference_engine.h"
 #include "task_scene_graph/segmentation/model_set.h"
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 
 /// How a crop becomes a square.
 enum class CropFit {
@@ -102,4 +102,4 @@ class ImageEncoder {
   std::array<std::array<float, 256>, 3> normalised_;  ///< RGB channel, 8-bit value -> input value
 };
 
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation

@@ -9,7 +9,7 @@
 
 #include "task_scene_graph/config/visitor.h"
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 
 /// The engine or a network file cannot be used; says which file, what was found and what was
 /// expected.
@@ -123,4 +123,4 @@ class Network {
 /// `config.num_threads`, or the number of cores where that is 0.
 int resolveNumThreads(const EngineConfig& config);
 
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation

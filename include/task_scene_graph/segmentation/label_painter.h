@@ -6,7 +6,7 @@
 
 #include "task_scene_graph/segmentation/mask_decoder.h"
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 
 /// A disjoint partition of an image. Segment s has label s, counted from 1.
 struct LabelledSegments {
@@ -24,4 +24,4 @@ struct LabelledSegments {
 LabelledSegments paintLabels(const std::vector<SegmentMask>& masks, cv::Size image_size_px,
                              bool refine, int min_area_px);
 
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation

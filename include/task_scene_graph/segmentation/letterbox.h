@@ -5,7 +5,7 @@
 
 #include "task_scene_graph/core/frame.h"
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 
 /// Where an image lies in a network's square input: scaled by one factor until it fits, centred,
 /// the rest grey. Pixel centres of both lie at whole numbers plus one half: u_input = u_image *
@@ -25,4 +25,4 @@ Letterbox computeLetterbox(cv::Size image_size_px, int input_size_px);
 /// `tensor` has 3*S*S values. O(S^2 + pixels read).
 void fillLetterboxTensor(const ColorImage& color, const Letterbox& letterbox, float* tensor);
 
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation

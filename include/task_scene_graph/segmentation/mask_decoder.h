@@ -8,7 +8,7 @@
 #include "task_scene_graph/segmentation/inference_engine.h"
 #include "task_scene_graph/segmentation/letterbox.h"
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 
 /// The two outputs of a FastSAM-shaped network (YOLOv8-seg) for one image of S x S pixels.
 struct RawDetections {
@@ -54,4 +54,4 @@ struct SegmentMask {
 SegmentMask decodeMask(const RawDetections& raw, const Detection& detection,
                        const Letterbox& letterbox);
 
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation

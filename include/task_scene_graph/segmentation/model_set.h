@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 
 /// Networks that belong together, and everything that has to match between them. Loaded from one
 /// YAML file with these keys; paths in it are relative to the file.
@@ -50,4 +50,4 @@ struct ModelSet {
 /// values out of range, files that are not there.
 ModelSet loadModelSet(const std::string& yaml_path);
 
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation

@@ -3,7 +3,7 @@
 
 #include <opencv2/core.hpp>
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 
 /// A part of an image resized with the cubic kernel (a = -1/2) stretched by the scale when
 /// shrinking (antialias), 8-bit fixed-point arithmetic, columns before rows: bit-identical to
@@ -14,4 +14,4 @@ namespace task_scene_graph::segmentation {
 /// @throws std::invalid_argument for another type, empty sizes, or a window that is not inside.
 cv::Mat resizeBicubic(const cv::Mat& image, cv::Size resized_px, cv::Rect window_px);
 
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation

@@ -10,7 +10,7 @@
 #include "task_scene_graph/segmentation/inference_engine.h"
 #include "task_scene_graph/segmentation/model_set.h"
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 
 struct SegmenterConfig {
   double score_threshold = -1.0;
@@ -87,4 +87,4 @@ class Segmenter {
   std::unique_ptr<Implementation> implementation_;
 };
 
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation

@@ -7,7 +7,7 @@
 
 #include "task_scene_graph/simulation/model.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 
 struct ApartmentConfig {
   int seed = 1;
@@ -93,4 +93,4 @@ Apartment buildApartment(const ApartmentConfig& config);
 /// Walls, floors and ceilings only: rooms and doorways without furniture (no instance).
 Apartment buildFloorPlan(const ApartmentConfig& config);
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

@@ -9,7 +9,7 @@
 
 /// The things an apartment is furnished with. Sizes in metres, close to common real ones; colours
 /// are drawn from `random`.
-namespace task_scene_graph::simulation::catalogue {
+namespace tsg::simulation::catalogue {
 
 struct NamedColor {
   const char* name;
@@ -67,4 +67,4 @@ Model makeFrontDoor(Random& random);
 Model makeSmallThing(const std::string& name, Random& random);
 const std::vector<std::string>& smallThings();
 
-}  // namespace task_scene_graph::simulation::catalogue
+}  // namespace tsg::simulation::catalogue

@@ -6,7 +6,7 @@
 
 #include "task_scene_graph/core/camera.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 
 /// How an active stereo camera sees depth.
 struct DepthNoiseConfig {
@@ -48,4 +48,4 @@ cv::Mat simulateDepthSensor(const cv::Mat& depth_m, const CameraModel& camera,
 /// Exact depth in millimetres, rounded, CV_16UC1; 0 out of the range.
 cv::Mat toMillimetres(const cv::Mat& depth_m, double min_range_m, double max_range_m);
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

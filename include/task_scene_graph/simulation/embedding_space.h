@@ -8,7 +8,7 @@
 
 #include "task_scene_graph/core/embedding.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 
 /// Stands in for a joint image-text network: vectors of phrases and of image segments whose cosines
 /// are distributed as CLIP's. Text and image vectors lie in two narrow cones (the modality gap), so
@@ -50,4 +50,4 @@ class EmbeddingSpace {
   Embedding image_direction_;
 };
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

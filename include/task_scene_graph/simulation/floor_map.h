@@ -7,7 +7,7 @@
 
 #include "task_scene_graph/simulation/apartment.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 
 /// Where someone of a given height can walk: a grid of distances to the nearest obstacle.
 class FloorMap {
@@ -39,4 +39,4 @@ class FloorMap {
   cv::Mat distance_m_;  // CV_32FC1
 };
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

@@ -10,7 +10,7 @@
 #include "task_scene_graph/simulation/embedding_space.h"
 #include "task_scene_graph/simulation/walk.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 
 /// A task in plain words and the instances that it is about.
 struct TaskTruth {
@@ -36,4 +36,4 @@ void writeTaskEmbeddings(const std::filesystem::path& path, const std::vector<Ta
 void writeGroundTruth(const std::filesystem::path& folder, const Apartment& apartment,
                       const std::vector<TaskTruth>& tasks, const std::vector<WalkPose>& walk);
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 
 /// RGB, each in [0, 1].
 using Color = Eigen::Vector3f;
@@ -36,4 +36,4 @@ Color computeAlbedo(const Material& material, const Eigen::Vector3d& p_m,
 /// Smooth noise in [0, 1] with cells of size 1, the same on every platform.
 float computeNoise(double x, double y);
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

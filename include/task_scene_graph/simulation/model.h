@@ -7,7 +7,7 @@
 
 #include "task_scene_graph/simulation/solid.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 
 /// Axis-aligned rectangle on a horizontal plane, metres.
 using Rect = Eigen::AlignedBox2d;
@@ -80,4 +80,4 @@ using Arrangement = std::vector<PlacedModel>;
 /// Turn about z by a whole number of quarter turns, exact, then a shift.
 Pose makeQuarterTurn(int quarter_turns, const Eigen::Vector3d& translation_m);
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

@@ -5,7 +5,7 @@
 #include <random>
 #include <string_view>
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 
 /// A 64-bit number in which every bit depends on every bit of `value` (SplitMix64's finaliser).
 std::uint64_t mixBits(std::uint64_t value);
@@ -47,4 +47,4 @@ class Random {
   std::mt19937_64 engine_;
 };
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

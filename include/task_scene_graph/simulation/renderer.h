@@ -8,7 +8,7 @@
 #include "task_scene_graph/core/frame.h"
 #include "task_scene_graph/simulation/apartment.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 
 /// What an ideal camera sees. All images have the camera's size.
 struct RenderedView {
@@ -46,4 +46,4 @@ class Renderer {
   friend class TileRenderer;
 };
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

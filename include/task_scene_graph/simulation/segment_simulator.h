@@ -8,7 +8,7 @@
 #include "task_scene_graph/simulation/embedding_space.h"
 #include "task_scene_graph/simulation/renderer.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 
 struct SegmentConfig {
   int min_pixels = 80;
@@ -45,4 +45,4 @@ class SegmentSimulator {
   EmbeddingSpace space_;
 };
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

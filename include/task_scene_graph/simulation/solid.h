@@ -8,7 +8,7 @@
 #include "task_scene_graph/core/frame.h"
 #include "task_scene_graph/simulation/material.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 
 constexpr double kPi = 3.14159265358979323846;
 
@@ -51,4 +51,4 @@ double intersectUnit(Shape shape, double top_ratio, const UnitRay& ray);
 /// Outward unit normal in the solid's frame at a point on its surface (unit coordinates).
 Eigen::Vector3d computeNormal(const Solid& solid, const Eigen::Vector3d& p_unit);
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

@@ -7,7 +7,7 @@
 #include "task_scene_graph/simulation/apartment.h"
 #include "task_scene_graph/simulation/floor_map.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 
 struct WalkConfig {
   double rate_hz = 10.0;
@@ -58,4 +58,4 @@ std::vector<WalkPose> planWalk(const Apartment& apartment, const WalkConfig& con
 /// `pitch_down_rad`, without roll.
 Pose makeCameraPose(const Eigen::Vector3d& position_m, double yaw_rad, double pitch_down_rad);
 
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace task_scene_graph::tracking {
+namespace tsg::tracking {
 
 /// A segment that may continue a track: cosine and IoU are above their thresholds.
 struct Candidate {
@@ -18,4 +18,4 @@ struct Candidate {
 /// @returns the accepted candidates, best first. O(C log C). [Clio24, Sec. IV-A]
 std::vector<Candidate> assignGreedily(std::vector<Candidate> candidates);
 
-}  // namespace task_scene_graph::tracking
+}  // namespace tsg::tracking

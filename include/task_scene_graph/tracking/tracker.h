@@ -10,7 +10,7 @@
 #include "task_scene_graph/tracking/association.h"
 #include "task_scene_graph/tracking/voxel_set.h"
 
-namespace task_scene_graph::tracking {
+namespace tsg::tracking {
 
 /// Named pairs of thresholds (theta_track, gamma).
 enum class Preset {
@@ -147,4 +147,4 @@ class Tracker {
   Eigen::Index embedding_size_ = 0;  ///< 0 until a segmentation with embeddings was seen
 };
 
-}  // namespace task_scene_graph::tracking
+}  // namespace tsg::tracking

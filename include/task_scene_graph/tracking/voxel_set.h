@@ -8,7 +8,7 @@
 
 #include "task_scene_graph/core/frame.h"
 
-namespace task_scene_graph::tracking {
+namespace tsg::tracking {
 
 /// One voxel of an infinite grid as one number: 21 bits per axis, each coordinate shifted by 2^20.
 using VoxelKey = std::uint64_t;
@@ -58,4 +58,4 @@ std::vector<SegmentPoints> computeSegmentPoints(const RgbdFrame& frame, const cv
                                                 std::size_t num_segments,
                                                 const PixelFilter& filter);
 
-}  // namespace task_scene_graph::tracking
+}  // namespace tsg::tracking

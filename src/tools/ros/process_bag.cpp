@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Runs the whole chain over a rosbag, without a clock: every frame, in order, the same result each time.
+// Runs the whole chain over a rosbag, without a clock: every frame, in order, the same result each
+// time.
 #include <unistd.h>
 
 #include <boost/program_options.hpp>
@@ -21,7 +22,7 @@
 
 namespace fs = std::filesystem;
 namespace options = boost::program_options;
-using namespace task_scene_graph;
+using namespace tsg;
 
 namespace {
 
@@ -47,10 +48,12 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
   const auto text = [](std::string& value) {
     return options::value(&value)->default_value(value, value);
   };
-  description.add_options()("help,h", "print this")(
-      "bag", options::value(&arguments.bag)->required(), "rosbag with colour, depth, camera info, tf")(
+  description.add_options()("help,h", "print this")("bag",
+                                                    options::value(&arguments.bag)->required(),
+                                                    "rosbag with colour, depth, camera info, tf")(
       "object-tasks", options::value(&arguments.object_tasks)->required(), "task file (YAML)")(
-      "place-tasks", options::value(&arguments.place_tasks), "task file; default: the object tasks")(
+      "place-tasks", options::value(&arguments.place_tasks),
+      "task file; default: the object tasks")(
       "models", options::value(&arguments.models),
       "model set (YAML); needed unless the bag holds recorded segmentations")(
       "config", options::value(&arguments.config), "parameters, laid out as config/default.yaml")(
@@ -77,7 +80,8 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
 /// One line on a terminal; nothing where the output goes to a file.
 class ProgressBar {
  public:
-  explicit ProgressBar(std::size_t total) : total_(total), is_terminal_(isatty(STDERR_FILENO) == 1) {}
+  explicit ProgressBar(std::size_t total)
+      : total_(total), is_terminal_(isatty(STDERR_FILENO) == 1) {}
   ~ProgressBar() {
     if (is_terminal_) std::fprintf(stderr, "\n");
   }
@@ -103,8 +107,8 @@ pipeline::PipelineConfig loadConfig(const Arguments& arguments,
   pipeline::PipelineConfig defaults;
   if (models) defaults.scene_graph.object_alpha = models->alpha;
   if (arguments.config.empty()) return defaults;
-  return config::load<pipeline::PipelineConfig>(config::loadYamlFile(arguments.config),
-                                                "configuration '" + arguments.config + "'", defaults);
+  return config::load<pipeline::PipelineConfig>(
+      config::loadYamlFile(arguments.config), "configuration '" + arguments.config + "'", defaults);
 }
 
 scene_graph::TaskList loadCheckedTasks(const std::string& path,
@@ -118,8 +122,10 @@ void writeTiming(const fs::path& path, const pipeline::Pipeline& pipeline,
                  const ros_interface::RgbdBag& bag) {
   nlohmann::ordered_json json;
   for (const auto& [stage, times] : pipeline.times().summarize()) {
-    json["stages"][stage] = {{"frames", times.count},     {"mean_ms", times.mean_ms},
-                             {"p50_ms", times.p50_ms},    {"p95_ms", times.p95_ms},
+    json["stages"][stage] = {{"frames", times.count},
+                             {"mean_ms", times.mean_ms},
+                             {"p50_ms", times.p50_ms},
+                             {"p95_ms", times.p95_ms},
                              {"max_ms", times.max_ms}};
   }
   json["drops"] = nlohmann::ordered_json::object();

@@ -25,8 +25,8 @@
 namespace {
 
 namespace fs = std::filesystem;
-using namespace task_scene_graph;
-using namespace task_scene_graph::simulation;
+using namespace tsg;
+using namespace tsg::simulation;
 
 constexpr const char* kUsage =
     R"(usage: simulate_apartment --output FILE.bag [options]

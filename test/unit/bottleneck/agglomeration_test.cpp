@@ -10,7 +10,7 @@
 #include <string>
 #include <tuple>
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 namespace {
 
 using Edge = std::pair<std::uint32_t, std::uint32_t>;
@@ -245,4 +245,4 @@ TEST(Agglomeration, NothingToMergeGivesAnEmptyTape) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

@@ -6,7 +6,7 @@
 #include <map>
 #include <random>
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 namespace {
 
 Aabb makeBox(std::mt19937& random) {
@@ -62,4 +62,4 @@ TEST(BoxIndex, EmptyBoxesOverlapNothing) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

@@ -10,7 +10,7 @@
 #include "bottleneck_reference.h"
 #include "task_scene_graph/bottleneck/clustering.h"
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 namespace {
 
 // A chain of null primitives: each connected part is one cluster.
@@ -118,4 +118,4 @@ TEST(StableIdsOfChangingMaps, AnIdGoesToTheLargestShare) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

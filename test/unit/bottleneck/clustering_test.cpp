@@ -11,7 +11,7 @@
 #include "bottleneck_reference.h"
 #include "task_scene_graph/config/config.h"
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 namespace {
 
 using test::ReferenceResult;
@@ -297,4 +297,4 @@ TEST(Clustering, BadConfigurationIsRejectedAndTheFormerStays) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

@@ -8,7 +8,7 @@
 
 #include "bottleneck_reference.h"
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 namespace {
 
 SparseMasses toSparse(const Eigen::VectorXd& dense) {
@@ -115,4 +115,4 @@ TEST(Distribution, CostsAreRoundedToNineDecimals) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

@@ -10,7 +10,7 @@
 #include "bottleneck_reference.h"
 #include "task_scene_graph/bottleneck/clustering.h"
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 namespace {
 
 using Verdict = PairExplanation::Verdict;
@@ -131,4 +131,4 @@ TEST(Statistics, InformationKeptAndLostAddUp) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

@@ -9,7 +9,7 @@
 
 #include "bottleneck_reference.h"
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 namespace {
 
 TEST(ExactSum, DoesNotDependOnTheOrderOfAdditionsAndRemovals) {
@@ -98,4 +98,4 @@ TEST(MergeRule, SizeInvariantDeltaIsTheDivergenceOfTwoLonePrimitives) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

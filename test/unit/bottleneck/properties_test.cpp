@@ -13,7 +13,7 @@
 #include "task_scene_graph/bottleneck/clustering.h"
 #include "task_scene_graph/bottleneck/information.h"
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 namespace {
 
 using test::ReferenceScene;
@@ -399,4 +399,4 @@ TEST(EdgeCases, DuplicatesAreMergedForNothingWhateverTheDelta) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

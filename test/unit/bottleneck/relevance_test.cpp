@@ -6,7 +6,7 @@
 #include "bottleneck_reference.h"
 #include "task_scene_graph/bottleneck/clustering.h"
 
-namespace task_scene_graph::bottleneck {
+namespace tsg::bottleneck {
 namespace {
 
 // The published unit cases: features e_0..e_4 of R^10, tasks e_0, e_1, e_2. They differ from what
@@ -151,4 +151,4 @@ TEST(Relevance, PublishedUpdateOfAMerge) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::bottleneck
+}  // namespace tsg::bottleneck

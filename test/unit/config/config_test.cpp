@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace task_scene_graph::config {
+namespace tsg::config {
 namespace {
 
 enum class Colour { kRed, kBlue };
@@ -105,4 +105,4 @@ TEST(Config, MissingFileIsNamed) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::config
+}  // namespace tsg::config

@@ -12,7 +12,7 @@
 #include "task_scene_graph/core/parallel.h"
 #include "task_scene_graph/core/stamp.h"
 
-namespace task_scene_graph {
+namespace tsg {
 namespace {
 
 const CameraModel kCamera{640, 480, 525.0, 520.0, 319.5, 239.5};
@@ -134,4 +134,4 @@ TEST(StampType, SecondsRoundToNanoseconds) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph
+}  // namespace tsg

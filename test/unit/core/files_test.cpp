@@ -10,7 +10,7 @@
 #include "support.h"
 #include "task_scene_graph/core/stage_times.h"
 
-namespace task_scene_graph {
+namespace tsg {
 namespace {
 namespace fs = std::filesystem;
 
@@ -73,4 +73,4 @@ TEST(StageTimesType, MeasureReturnsWhatTheActionReturns) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph
+}  // namespace tsg

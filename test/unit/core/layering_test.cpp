@@ -6,7 +6,7 @@
 #include <regex>
 #include <string>
 
-namespace task_scene_graph {
+namespace tsg {
 namespace {
 namespace fs = std::filesystem;
 
@@ -37,4 +37,4 @@ TEST(Layering, TheCoreLibraryIncludesNoRosHeader) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph
+}  // namespace tsg

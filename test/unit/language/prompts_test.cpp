@@ -5,7 +5,7 @@
 
 #include <stdexcept>
 
-namespace task_scene_graph::language {
+namespace tsg::language {
 namespace {
 
 using Texts = std::vector<std::string>;
@@ -66,4 +66,4 @@ TEST(NormalizeRows, RowOfZerosStays) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::language
+}  // namespace tsg::language

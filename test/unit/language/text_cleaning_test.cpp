@@ -5,7 +5,7 @@
 
 #include <stdexcept>
 
-namespace task_scene_graph::language {
+namespace tsg::language {
 namespace {
 
 using Words = std::vector<std::string>;
@@ -59,4 +59,4 @@ TEST(SplitWords, CombiningMarksAreNotLetters) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::language
+}  // namespace tsg::language

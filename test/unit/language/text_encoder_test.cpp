@@ -10,7 +10,7 @@
 #include "task_scene_graph/language/prompts.h"
 #include "test_vocabulary.h"
 
-namespace task_scene_graph::language {
+namespace tsg::language {
 namespace {
 
 using Texts = std::vector<std::string>;
@@ -184,4 +184,4 @@ TEST_F(TextEncoderTest, BadTemplateIsRefused) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::language
+}  // namespace tsg::language

@@ -7,7 +7,7 @@
 
 #include "test_vocabulary.h"
 
-namespace task_scene_graph::language {
+namespace tsg::language {
 namespace {
 
 using Tokens = std::vector<TokenId>;
@@ -83,7 +83,7 @@ class SmallTokenizer : public ::testing::Test {
   }
 
  private:
-  task_scene_graph::test::TemporaryFolder folder_;
+  tsg::test::TemporaryFolder folder_;
 };
 
 TEST_F(SmallTokenizer, EmptyTextIsStartAndEnd) {
@@ -115,4 +115,4 @@ TEST_F(SmallTokenizer, ContextWithoutRoomForBothMarksIsRefused) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::language
+}  // namespace tsg::language

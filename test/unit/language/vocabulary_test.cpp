@@ -9,7 +9,7 @@
 
 #include "test_vocabulary.h"
 
-namespace task_scene_graph::language {
+namespace tsg::language {
 namespace {
 
 using Tokens = std::vector<TokenId>;
@@ -47,7 +47,7 @@ class VocabularyFile : public ::testing::Test {
   }
 
  private:
-  task_scene_graph::test::TemporaryFolder folder_;
+  tsg::test::TemporaryFolder folder_;
 };
 
 TEST_F(VocabularyFile, MergesAreAppliedInTheFilesOrder) {
@@ -135,4 +135,4 @@ TEST(ClipVocabulary, HasTheKnownSize) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::language
+}  // namespace tsg::language

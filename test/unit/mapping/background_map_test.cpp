@@ -10,7 +10,7 @@
 #include "synthetic_scene.h"
 #include "task_scene_graph/mapping/marching_cubes.h"
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 namespace {
 
 const CameraModel kCamera{160, 120, 131.0, 131.5, 79.5, 59.5};
@@ -256,4 +256,4 @@ TEST(BackgroundMap, ThreadCountDoesNotChangeUpdates) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

@@ -9,7 +9,7 @@
 
 #include "synthetic_scene.h"
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 namespace {
 
 const CameraModel kCamera{80, 60, 65.0, 66.0, 39.5, 29.5};
@@ -163,4 +163,4 @@ TEST(DepthReading, LargestReadingIsInvalidWhateverTheRange) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

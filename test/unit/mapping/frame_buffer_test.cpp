@@ -5,7 +5,7 @@
 
 #include "task_scene_graph/config/config.h"
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 namespace {
 
 constexpr std::size_t kFrameBytes = 400 * 500 * 5;  // colour and 16-bit depth: 1 MB
@@ -135,4 +135,4 @@ TEST(FrameBuffer, BadBoundIsRejected) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

@@ -14,7 +14,7 @@
 #include "support.h"
 #include "task_scene_graph/mapping/background_map.h"
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 namespace {
 
 constexpr double kVoxelSize_m = 0.05;
@@ -167,4 +167,4 @@ TEST(HouseMesh, LiesOnTheTrueSurfaceAndCoversWhatWasSeen) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

@@ -12,7 +12,7 @@
 #include "support.h"
 #include "task_scene_graph/mapping/object_reconstructor.h"
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 namespace {
 
 constexpr int kFrames = 400;
@@ -110,4 +110,4 @@ TEST(HouseObjects, BoxesOfFullySeenObjectsMatchTheTrueBoxes) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

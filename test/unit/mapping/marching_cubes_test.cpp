@@ -13,7 +13,7 @@
 #include "task_scene_graph/mapping/marching_cubes_table.h"
 #include "task_scene_graph/mapping/tsdf_integrator.h"
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 namespace {
 
 using DirectedEdge = std::pair<std::uint32_t, std::uint32_t>;
@@ -296,4 +296,4 @@ TEST_F(SeenScene, ColorsAreThoseOfTheSurfaces) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

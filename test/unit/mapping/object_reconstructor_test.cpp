@@ -9,7 +9,7 @@
 #include "synthetic_scene.h"
 #include "task_scene_graph/config/config.h"
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 namespace {
 
 const CameraModel kCamera{320, 240, 262.0, 262.0, 159.5, 119.5};
@@ -200,4 +200,4 @@ TEST(ObjectReconstructor, BadInputIsRejected) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

@@ -9,7 +9,7 @@
 
 #include "support.h"
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 namespace {
 
 Mesh makeMesh() {
@@ -92,4 +92,4 @@ TEST(Ply, NeedsOneColorAndOneIdPerVertex) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

@@ -12,7 +12,7 @@
 #include "synthetic_scene.h"
 #include "task_scene_graph/config/config.h"
 
-namespace task_scene_graph::mapping {
+namespace tsg::mapping {
 namespace {
 
 const CameraModel kCamera{160, 120, 131.0, 131.5, 79.5, 59.5};
@@ -373,4 +373,4 @@ TEST(TsdfIntegrator, FrameAndVolumeMustFit) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::mapping
+}  // namespace tsg::mapping

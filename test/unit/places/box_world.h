@@ -8,7 +8,7 @@
 #include "task_scene_graph/core/box.h"
 #include "task_scene_graph/mapping/tsdf_volume.h"
 
-namespace task_scene_graph::places::test {
+namespace tsg::places::test {
 
 constexpr double kVoxel_m = 0.1;
 constexpr double kTruncation_m = 0.3;
@@ -89,4 +89,4 @@ inline std::vector<mapping::GridIndex> observe(
   return touched.sortedBlockIndices();
 }
 
-}  // namespace task_scene_graph::places::test
+}  // namespace tsg::places::test

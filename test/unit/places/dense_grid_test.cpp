@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-namespace task_scene_graph::places {
+namespace tsg::places {
 namespace {
 
 std::vector<char> makeRandomSources(std::size_t cells, double density, unsigned seed) {
@@ -83,4 +83,4 @@ TEST(GridExtent, LinearIndexIsUndoneByToIndex) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::places
+}  // namespace tsg::places

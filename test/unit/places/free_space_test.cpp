@@ -8,7 +8,7 @@
 
 #include "box_world.h"
 
-namespace task_scene_graph::places {
+namespace tsg::places {
 namespace {
 
 using test::BoxWorld;
@@ -228,4 +228,4 @@ TEST(LineClearance, IsZeroThroughAWallAndTheNarrowestOtherwise) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::places
+}  // namespace tsg::places

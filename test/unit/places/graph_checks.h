@@ -7,7 +7,7 @@
 
 #include "task_scene_graph/core/primitives.h"
 
-namespace task_scene_graph::places::test {
+namespace tsg::places::test {
 
 /// Connected parts of a place graph, as sets of ids.
 inline std::vector<std::set<PlaceId>> findParts(const PlaceGraph& graph) {
@@ -42,4 +42,4 @@ inline const Place& findPlace(const PlaceGraph& graph, PlaceId id) {
   throw std::runtime_error("the graph has an edge to a place that it does not have");
 }
 
-}  // namespace task_scene_graph::places::test
+}  // namespace tsg::places::test

@@ -10,7 +10,7 @@
 #include "graph_checks.h"
 #include "task_scene_graph/config/config.h"
 
-namespace task_scene_graph::places {
+namespace tsg::places {
 namespace {
 
 using test::BoxWorld;
@@ -311,4 +311,4 @@ TEST(PlacesConfig, ErrorNamesTheFieldOutOfRange) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::places
+}  // namespace tsg::places

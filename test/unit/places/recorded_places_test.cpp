@@ -17,7 +17,7 @@
 #include "task_scene_graph/mapping/tsdf_integrator.h"
 #include "task_scene_graph/places/place_extractor.h"
 
-namespace task_scene_graph::places {
+namespace tsg::places {
 namespace {
 
 constexpr double kPixel_m = 0.025;
@@ -147,7 +147,7 @@ TEST(RecordedPlaces, LieInTheFreeSpaceOfAHouseAndKnowTheirRooms) {
   PlaceExtractor extractor{PlacesConfig{}};
   const std::vector<int> camera_rooms = readRooms(folder / "rooms_per_frame.txt");
   for (int i = 0; i < 400; i += 2) {
-    const RgbdFrame frame = task_scene_graph::test::loadSequenceFrame(folder, i);
+    const RgbdFrame frame = tsg::test::loadSequenceFrame(folder, i);
     const auto result = integrator.integrate(frame, volume);
     extractor.update(volume, result.changed_blocks, frame.stamp);
     extractor.addView(frame, Embedding::Unit(8, camera_rooms.at(static_cast<std::size_t>(i))));
@@ -187,4 +187,4 @@ TEST(RecordedPlaces, LieInTheFreeSpaceOfAHouseAndKnowTheirRooms) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::places
+}  // namespace tsg::places

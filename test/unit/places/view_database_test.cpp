@@ -10,7 +10,7 @@
 #include "box_world.h"
 #include "task_scene_graph/places/place_extractor.h"
 
-namespace task_scene_graph::places {
+namespace tsg::places {
 namespace {
 
 using test::BoxWorld;
@@ -232,4 +232,4 @@ TEST(PlaceFeatures, UnusableViewsAreIgnoredAndCounted) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::places
+}  // namespace tsg::places

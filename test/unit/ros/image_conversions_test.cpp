@@ -7,7 +7,7 @@
 #include <boost/weak_ptr.hpp>
 #include <limits>
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 namespace {
 
 template <typename Action>
@@ -126,4 +126,4 @@ TEST(CameraConversion, DistortionIsSeen) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

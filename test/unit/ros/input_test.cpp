@@ -12,7 +12,7 @@
 #include "task_scene_graph/ros/stamp_order.h"
 #include "task_scene_graph/ros/worker.h"
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 namespace {
 
 using std::chrono::seconds;
@@ -305,4 +305,4 @@ TEST(StageReport, CountsAndNamesWhatWasDropped) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

@@ -10,7 +10,7 @@
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/image_conversions.h"
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 namespace {
 
 template <typename Action>
@@ -253,4 +253,4 @@ TEST(GeometryConversion, RotatedBoxIsEnclosed) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

@@ -14,7 +14,7 @@
 #include "task_scene_graph/ros/scene_graph_conversions.h"
 #include "task_scene_graph/ros/scene_graph_markers.h"
 
-namespace task_scene_graph::ros_interface {
+namespace tsg::ros_interface {
 namespace {
 
 using visualization_msgs::Marker;
@@ -274,4 +274,4 @@ TEST(DynamicReconfigure, DefaultsAndRangesAreThoseOfTheStruct) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::ros_interface
+}  // namespace tsg::ros_interface

@@ -14,7 +14,7 @@
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/scene_graph/files.h"
 
-namespace task_scene_graph::scene_graph {
+namespace tsg::scene_graph {
 namespace {
 
 /// The whole graph as text, to compare two of them.
@@ -237,4 +237,4 @@ TEST(Configuration, PublishesFromAlphaUnlessTold) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::scene_graph
+}  // namespace tsg::scene_graph

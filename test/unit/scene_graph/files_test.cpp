@@ -10,7 +10,7 @@
 #include "sample_graph.h"
 #include "support.h"
 
-namespace task_scene_graph::scene_graph {
+namespace tsg::scene_graph {
 namespace {
 
 using Json = nlohmann::json;
@@ -202,4 +202,4 @@ TEST(FileErrors, NameThePath) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::scene_graph
+}  // namespace tsg::scene_graph

@@ -12,7 +12,7 @@
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/scene_graph/scoring.h"
 
-namespace task_scene_graph::scene_graph {
+namespace tsg::scene_graph {
 namespace {
 
 using Primitives = std::vector<ObjectPrimitivePtr>;
@@ -373,4 +373,4 @@ TEST(ObjectTasks, OfAnotherSizeAreRefusedAndTheOldStayInForce) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::scene_graph
+}  // namespace tsg::scene_graph

@@ -10,7 +10,7 @@
 #include "task_scene_graph/core/primitives.h"
 #include "task_scene_graph/scene_graph/tasks.h"
 
-namespace task_scene_graph::scene_graph {
+namespace tsg::scene_graph {
 
 /// Seeded primitives and places whose cosines to the tasks lie on both sides of the usual alpha.
 class RandomWorld {
@@ -133,4 +133,4 @@ std::vector<std::vector<std::size_t>> findComponents(std::size_t count, const Is
   return groups;
 }
 
-}  // namespace task_scene_graph::scene_graph
+}  // namespace tsg::scene_graph

@@ -13,7 +13,7 @@
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/scene_graph/scoring.h"
 
-namespace task_scene_graph::scene_graph {
+namespace tsg::scene_graph {
 namespace {
 
 using Ids = std::vector<PlaceId>;
@@ -364,4 +364,4 @@ TEST(Places, OutOfOrderOrWithLooseEdgesAreRefusedAndTheOldStay) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::scene_graph
+}  // namespace tsg::scene_graph

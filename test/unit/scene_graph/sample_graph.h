@@ -5,7 +5,7 @@
 
 #include "task_scene_graph/scene_graph/scene_graph.h"
 
-namespace task_scene_graph::scene_graph {
+namespace tsg::scene_graph {
 
 inline Embedding makeEmbedding(std::initializer_list<float> values) {
   Embedding embedding(static_cast<Eigen::Index>(values.size()));
@@ -102,4 +102,4 @@ inline SceneGraph makeSampleGraph() {
   return graph;
 }
 
-}  // namespace task_scene_graph::scene_graph
+}  // namespace tsg::scene_graph

@@ -8,7 +8,7 @@
 #include "random_world.h"
 #include "sample_graph.h"
 
-namespace task_scene_graph::scene_graph {
+namespace tsg::scene_graph {
 namespace {
 
 TEST(BestTask, IsTheOneOfHighestCosineNotOfLargestProduct) {
@@ -62,4 +62,4 @@ TEST(MeanEmbedding, DoesNotLoseSmallTermsBesideLargeOnes) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::scene_graph
+}  // namespace tsg::scene_graph

@@ -11,7 +11,7 @@
 #include "task_scene_graph/scene_graph/files.h"
 
 // Writes a graph, and what a reader should find in it, and has spark_dsg_load_test.py compare them.
-namespace task_scene_graph::scene_graph {
+namespace tsg::scene_graph {
 namespace {
 
 using Json = nlohmann::json;
@@ -139,4 +139,4 @@ TEST(SparkDsgPackage, LoadsWhatWasWritten) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::scene_graph
+}  // namespace tsg::scene_graph

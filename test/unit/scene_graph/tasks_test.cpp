@@ -10,7 +10,7 @@
 #include "support.h"
 #include "task_scene_graph/config/config.h"
 
-namespace task_scene_graph::scene_graph {
+namespace tsg::scene_graph {
 namespace {
 
 class Tasks : public ::testing::Test {
@@ -194,4 +194,4 @@ TEST(TasksAndModels, SharedTaskEmbeddingsLoad) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::scene_graph
+}  // namespace tsg::scene_graph

@@ -6,7 +6,7 @@
 #include "task_scene_graph/segmentation/image_encoder.h"
 #include "task_scene_graph/segmentation/resampling.h"
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 namespace {
 
 struct Checksums {
@@ -163,4 +163,4 @@ TEST(PlanBatches, EveryCropIsInOneBatchOfAnAllowedSize) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation

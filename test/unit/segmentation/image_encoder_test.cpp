@@ -5,7 +5,7 @@
 
 #include "networks.h"
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 namespace {
 
 EngineConfig withThreads(int num_threads) {
@@ -89,4 +89,4 @@ TEST(ImageEncoder, SizesAreTheFilesAndTheModelSets) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation

@@ -13,7 +13,7 @@
 
 #include "networks.h"
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 namespace {
 
 std::string errorOf(const std::string& path, const EngineConfig& config = {}) {
@@ -182,4 +182,4 @@ TEST(Network, CancelEndsARunThatWouldTakeHoursAndAllLaterOnes) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation

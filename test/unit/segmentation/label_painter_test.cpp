@@ -6,7 +6,7 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 namespace {
 
 SegmentMask makeFilled(const cv::Rect& box, float score) {
@@ -126,4 +126,4 @@ TEST(PaintLabels, MoreMasksThanLabelsAreRefused) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation

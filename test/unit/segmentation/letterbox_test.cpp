@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 namespace {
 
 cv::Mat makeNoise(cv::Size size, int seed) {
@@ -115,4 +115,4 @@ TEST(Letterbox, SizesThatAreNotPositiveAreRefused) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation

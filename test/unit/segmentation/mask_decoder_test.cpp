@@ -8,7 +8,7 @@
 #include <limits>
 #include <random>
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 namespace {
 
 /// Random outputs of a FastSAM-shaped network with a 64 px input.
@@ -215,4 +215,4 @@ TEST(InterpretOutputs, OtherShapesAreRefusedWithWhatWasFound) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation

@@ -8,7 +8,7 @@
 #include "support.h"
 #include "task_scene_graph/config/config.h"
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 namespace {
 
 class ModelSetTest : public ::testing::Test {
@@ -94,4 +94,4 @@ TEST_F(ModelSetTest, TheSharedSetLoads) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation

@@ -9,7 +9,7 @@
 #include "task_scene_graph/segmentation/inference_engine.h"
 #include "task_scene_graph/segmentation/model_set.h"
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 
 /// A network written by test/data/networks/make_networks.py.
 inline std::string findNetwork(const std::string& name) {
@@ -46,11 +46,11 @@ inline std::string findEngineObstacle() {
   }
 }
 
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation
 
 /// Skips the running test where ONNX Runtime is not installed.
-#define TSG_REQUIRE_ENGINE()                                                           \
-  do {                                                                                 \
-    const std::string obstacle = task_scene_graph::segmentation::findEngineObstacle(); \
-    if (!obstacle.empty()) GTEST_SKIP() << obstacle;                                   \
+#define TSG_REQUIRE_ENGINE()                                              \
+  do {                                                                    \
+    const std::string obstacle = tsg::segmentation::findEngineObstacle(); \
+    if (!obstacle.empty()) GTEST_SKIP() << obstacle;                      \
   } while (false)

@@ -10,7 +10,7 @@
 #include "networks.h"
 #include "task_scene_graph/config/config.h"
 
-namespace task_scene_graph::segmentation {
+namespace tsg::segmentation {
 namespace {
 
 const cv::Rect kRedBox(8, 12, 24, 20);
@@ -324,4 +324,4 @@ TEST_F(KitchenTest, ResultsDoNotDependOnThreadsOrRepetition) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::segmentation
+}  // namespace tsg::segmentation

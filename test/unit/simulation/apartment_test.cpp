@@ -8,7 +8,7 @@
 #include "simulation_oracles.h"
 #include "task_scene_graph/config/config.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 namespace {
 
 class Apartments : public ::testing::TestWithParam<std::pair<int, int>> {
@@ -140,4 +140,4 @@ TEST(Apartment, RefusesRoomNumbersOutOfRange) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

@@ -8,7 +8,7 @@
 
 #include "task_scene_graph/config/config.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 namespace {
 
 const CameraModel kCamera{200, 150, 164.0, 164.0, 99.5, 74.5};
@@ -154,4 +154,4 @@ TEST(DepthNoise, WithoutNoiseMillimetresAreRounded) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

@@ -8,7 +8,7 @@
 #include "task_scene_graph/simulation/ground_truth.h"
 #include "task_scene_graph/simulation/segment_simulator.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 namespace {
 
 /// Every phrase that any room can hold.
@@ -104,4 +104,4 @@ TEST(EmbeddingSpace, ImagesOfAMixtureLieBetweenTheirRooms) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

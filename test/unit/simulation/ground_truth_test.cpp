@@ -10,7 +10,7 @@
 
 #include "support.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 namespace {
 
 class GroundTruth : public ::testing::Test {
@@ -122,4 +122,4 @@ TEST_F(GroundTruth, SomeTasksHaveNoInstanceAndMostHaveSome) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

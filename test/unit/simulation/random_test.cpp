@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 namespace {
 
 // SplitMix64's published first output for state 0, and FNV-1a's published hash of "a" and "foobar".
@@ -66,4 +66,4 @@ TEST(Random, ForksOfDifferentNamesDiffer) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

@@ -9,7 +9,7 @@
 #include "task_scene_graph/simulation/random.h"
 #include "task_scene_graph/simulation/walk.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 namespace {
 
 const CameraModel kCamera{160, 120, 131.25, 131.25, 79.5, 59.5};
@@ -109,4 +109,4 @@ TEST(Renderer, RefusesAnInvalidCamera) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

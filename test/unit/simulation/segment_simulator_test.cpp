@@ -9,7 +9,7 @@
 
 #include "task_scene_graph/simulation/walk.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 namespace {
 
 const CameraModel kCamera{320, 240, 262.5, 262.5, 159.5, 119.5};
@@ -115,4 +115,4 @@ TEST_F(SegmentSimulatorTest, ImageEmbeddingsFitTheRoomThatFillsTheView) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

@@ -7,7 +7,7 @@
 
 #include "task_scene_graph/simulation/solid.h"
 
-namespace task_scene_graph::simulation::test {
+namespace tsg::simulation::test {
 
 /// Independent of the closed forms: walks along the ray in small steps until a point lies inside
 /// the solid, then bisects. Infinity if no step lands inside.
@@ -66,4 +66,4 @@ inline std::vector<Eigen::Vector3d> sampleSurface(const Solid& solid, int n) {
   return points;
 }
 
-}  // namespace task_scene_graph::simulation::test
+}  // namespace tsg::simulation::test

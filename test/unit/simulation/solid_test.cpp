@@ -6,7 +6,7 @@
 #include "simulation_oracles.h"
 #include "task_scene_graph/simulation/random.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 namespace {
 
 Eigen::Vector3d drawVector(Random& random, double low, double high) {
@@ -93,4 +93,4 @@ TEST(Solid, NormalsPointOutwards) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

@@ -8,7 +8,7 @@
 
 #include "task_scene_graph/config/config.h"
 
-namespace task_scene_graph::simulation {
+namespace tsg::simulation {
 namespace {
 
 double yawOf(const Pose& T) { return std::atan2(T.linear()(1, 2), T.linear()(0, 2)); }
@@ -126,4 +126,4 @@ TEST(FloorMap, PathsKeepTheirClearanceAndReachTheirGoal) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::simulation
+}  // namespace tsg::simulation

@@ -8,7 +8,7 @@
 #include <set>
 #include <tuple>
 
-namespace task_scene_graph::tracking {
+namespace tsg::tracking {
 namespace {
 
 using Pair = std::tuple<std::size_t, std::size_t, double>;
@@ -89,4 +89,4 @@ TEST(AssignGreedily, LeavesNoPairThatCouldStillBeAssigned) {
 TEST(AssignGreedily, NoCandidatesGiveNoAssignment) { EXPECT_TRUE(assignGreedily({}).empty()); }
 
 }  // namespace
-}  // namespace task_scene_graph::tracking
+}  // namespace tsg::tracking

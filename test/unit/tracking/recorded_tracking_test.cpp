@@ -16,7 +16,7 @@
 #include "support.h"
 #include "task_scene_graph/tracking/tracker.h"
 
-namespace task_scene_graph::tracking {
+namespace tsg::tracking {
 namespace {
 
 constexpr int kEmbeddingSize = 64;
@@ -214,9 +214,9 @@ TEST(RecordedTracking, FindsTheInstancesOfAHouseDespiteFaultySegments) {
     makers.emplace_back(run.faults, SeededEncoder(folder / "instances.json", 1), 2);
   }
   for (int i = 0; i < 400; i += 2) {  // 5 Hz, as segmenters run
-    RgbdFrame frame = task_scene_graph::test::loadSequenceFrame(folder, i);
+    RgbdFrame frame = tsg::test::loadSequenceFrame(folder, i);
     frame.stamp = Stamp::fromSeconds(0.1 * i);
-    const cv::Mat instances = task_scene_graph::test::loadSequenceLabels(folder, i);
+    const cv::Mat instances = tsg::test::loadSequenceLabels(folder, i);
     for (std::size_t r = 0; r < runs.size(); ++r) {
       const auto segments = makers[r].make(frame.stamp, instances);
       runs[r].score.add(trackers[r].update(frame, segments.segmentation), segments.instances);
@@ -238,4 +238,4 @@ TEST(RecordedTracking, FindsTheInstancesOfAHouseDespiteFaultySegments) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::tracking
+}  // namespace tsg::tracking

@@ -9,7 +9,7 @@
 
 #include "task_scene_graph/tracking/tracker.h"
 
-namespace task_scene_graph::tracking::test {
+namespace tsg::tracking::test {
 
 using Voxel = std::tuple<int, int, int>;
 
@@ -128,4 +128,4 @@ class ReferenceTracker {
   std::uint64_t last_id_ = 0;
 };
 
-}  // namespace task_scene_graph::tracking::test
+}  // namespace tsg::tracking::test

@@ -7,7 +7,7 @@
 #include "reference_tracker.h"
 #include "task_scene_graph/tracking/tracker.h"
 
-namespace task_scene_graph::tracking {
+namespace tsg::tracking {
 namespace {
 
 /// Frames of a camera that wanders before a bumpy wall, cut into random rectangles; every fifth
@@ -152,4 +152,4 @@ TEST(TrackerProperties, SameFramesGiveTheSameTracks) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::tracking
+}  // namespace tsg::tracking

@@ -9,7 +9,7 @@
 
 #include "task_scene_graph/config/config.h"
 
-namespace task_scene_graph::tracking {
+namespace tsg::tracking {
 namespace {
 
 /// A wall seen head-on, 2 m away; at 100 px focal length a 0.1 m voxel spans 5 x 5 px. The
@@ -374,4 +374,4 @@ TEST(Tracker, FrameWithoutSegmentsIsFine) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::tracking
+}  // namespace tsg::tracking

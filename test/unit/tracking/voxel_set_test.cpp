@@ -9,7 +9,7 @@
 
 #include "reference_tracker.h"
 
-namespace task_scene_graph::tracking {
+namespace tsg::tracking {
 namespace {
 
 using test::computeIoUBySets;
@@ -100,4 +100,4 @@ TEST(SegmentPoints, EqualThoseOfASlowConversion) {
 }
 
 }  // namespace
-}  // namespace task_scene_graph::tracking
+}  // namespace tsg::tracking
