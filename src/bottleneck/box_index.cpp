@@ -59,6 +59,7 @@ void BoxIndex::remove(const Entry& entry) {
 std::vector<std::uint32_t> BoxIndex::findOverlapping(const Aabb& box) const {
   std::vector<std::uint32_t> ids;
   if (box.isEmpty()) return ids;
+  ids.reserve(32);
   for (auto hit = tree_->rtree.qbegin(bgi::intersects(toBox(box))); hit != tree_->rtree.qend();
        ++hit) {
     if (hasOverlap(box, fromBox(hit->first))) ids.push_back(hit->second);

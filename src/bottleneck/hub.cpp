@@ -75,12 +75,15 @@ std::size_t Hub::findLowestClass() const {
   return lowest;
 }
 
+std::int64_t Hub::boundOf(const Edge& edge) const {
+  const double lowest =
+      edge.key - potentials_[edge.size_class] - kMargin - kRelativeMargin * edge.key;
+  return static_cast<std::int64_t>(std::floor(std::max(lowest, -1.0) / kCostUnit));
+}
+
 std::int64_t Hub::bound() const {
   const std::size_t c = findLowestClass();
-  if (c == kNumClasses) return kNoBound;
-  const double key = heaps_[c].front().key;
-  const double lowest = key - potentials_[c] - kMargin - kRelativeMargin * key;
-  return static_cast<std::int64_t>(std::floor(std::max(lowest, -1.0) / kCostUnit));
+  return c == kNumClasses ? kNoBound : boundOf(heaps_[c].front());
 }
 
 Hub::Edge Hub::takeLowest() {

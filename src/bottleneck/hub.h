@@ -37,6 +37,8 @@ class Hub {
   /// Files an edge of cost D (unrounded) to a neighbour of `count` primitives; returns it.
   Edge price(double cost, std::uint32_t neighbour, std::uint32_t version, double count) const;
   void defer(const Edge& edge);
+  /// The edge's rounded cost is not below this.
+  std::int64_t boundOf(const Edge& edge) const;
   /// No rounded cost of a deferred edge is below this; kNoBound without one.
   std::int64_t bound() const;
   /// Takes out the edge that `bound` is about.

@@ -107,6 +107,7 @@ void PrimitiveGraph::updateAdjacency() {
   for (const auto& [box, slot] : entries) {
     std::vector<Slot> overlapping = index_.findOverlapping(box);
     eraseSorted(overlapping, slot);
+    table_[slot].neighbours.reserve(overlapping.size());
     relink(slot, overlapping);
   }
 }

@@ -2,22 +2,42 @@
 #include "task_scene_graph/bottleneck/relevance.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <stdexcept>
 
 namespace tsg::bottleneck {
 namespace {
 
-constexpr int kTileWidth = 16;  // as many sums in registers as hide the latency of one
-using Tile = Eigen::Array<double, kTileWidth, 1>;
+// Four doubles that the compiler maps to whatever registers there are (GCC and Clang).
+typedef double Lanes __attribute__((vector_size(32), aligned(8), may_alias));
+constexpr int kTileWidth = 16;  // four of them: enough sums to hide the latency of one
+
+// Twice as fast where the processor has wider registers, and bit for bit the same: no fused
+// multiply-add, and one sum per task in any case.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#define TSG_WIDE_REGISTERS __attribute__((target_clones("avx2", "default")))
+#else
+#define TSG_WIDE_REGISTERS
+#endif
 
 // One accumulator per task, summed in order of dimension: no other task changes a task's score.
-Tile computeTileProducts(const Embedding& embedding, const double* tile) {
-  Tile sum = Tile::Zero();
-  for (Eigen::Index d = 0; d < embedding.size(); ++d) {
-    sum += static_cast<double>(embedding[d]) * Eigen::Map<const Tile>(tile + d * kTileWidth);
+TSG_WIDE_REGISTERS void computeTileProducts(const float* embedding, Eigen::Index dimension,
+                                            const double* tile, double* products) {
+  Lanes s0{}, s1{}, s2{}, s3{};
+  for (Eigen::Index d = 0; d < dimension; ++d, tile += kTileWidth) {
+    const double x = static_cast<double>(embedding[d]);
+    const Lanes* row = reinterpret_cast<const Lanes*>(tile);
+    s0 += x * row[0];
+    s1 += x * row[1];
+    s2 += x * row[2];
+    s3 += x * row[3];
   }
-  return sum;
+  Lanes* out = reinterpret_cast<Lanes*>(products);
+  out[0] = s0;
+  out[1] = s1;
+  out[2] = s2;
+  out[3] = s3;
 }
 
 std::vector<double> makeTheta(const std::vector<double>& scores, double alpha) {
@@ -43,13 +63,15 @@ std::vector<std::uint32_t> rankBest(const std::vector<double>& theta, std::size_
 }  // namespace
 
 void checkEmbedding(const Eigen::Ref<const Embedding>& embedding, const std::string& whose) {
+  const double squared_norm = embedding.cast<double>().squaredNorm();
+  if (std::isfinite(squared_norm) && squared_norm > 0.0) return;
   const auto fail = [&](const char* what) {
     throw std::invalid_argument("the embedding of " + whose + " " + what +
                                 "; expected a finite vector other than zero");
   };
   if (embedding.size() == 0) fail("is empty");
   if (!embedding.allFinite()) fail("has an entry that is not finite");
-  if ((embedding.array() == 0.0f).all()) fail("is zero");
+  fail("is zero");
 }
 
 TaskScorer::TaskScorer(const EmbeddingMatrix& tasks)
@@ -70,8 +92,9 @@ std::vector<double> TaskScorer::computeScores(const Embedding& embedding) const 
   std::vector<double> scores(static_cast<std::size_t>(num_tasks_));
   const double norm = embedding.cast<double>().norm();
   for (int first = 0; first < num_tasks_; first += kTileWidth) {
-    const Tile products = computeTileProducts(
-        embedding, tiles_.data() + static_cast<std::ptrdiff_t>(first) * dimension_);
+    double products[kTileWidth];
+    computeTileProducts(embedding.data(), embedding.size(),
+                        tiles_.data() + static_cast<std::ptrdiff_t>(first) * dimension_, products);
     const int count = std::min(kTileWidth, num_tasks_ - first);
     for (int j = 0; j < count; ++j) {
       scores[static_cast<std::size_t>(first + j)] = std::clamp(products[j] / norm, -1.0, 1.0);

@@ -12,6 +12,7 @@ namespace {
 using Index = Eigen::Index;
 using Edge = std::pair<Index, Index>;
 constexpr double kTiny = 1e-12;
+constexpr Index kMaxAssignmentMatrix = 5000;
 
 Eigen::MatrixXd computeRelevance(const std::vector<Embedding>& embeddings,
                                  const EmbeddingMatrix& tasks, double alpha) {
@@ -121,6 +122,8 @@ std::size_t clusterByRescanning(const std::vector<Embedding>& embeddings,
   std::map<Edge, double> edges = findEdges(boxes, p_z, p_y_z);
   std::vector<Index> assignment(embeddings.size());
   for (std::size_t i = 0; i < assignment.size(); ++i) assignment[i] = static_cast<Index>(i);
+  Eigen::MatrixXd p_z_x;  // too large for memory in large maps
+  if (count <= kMaxAssignmentMatrix) p_z_x = Eigen::MatrixXd::Identity(count, count);
   double information = computeInformation(p_z, p_y_z);
   const double total = information;
   std::size_t num_merges = 0;
@@ -131,6 +134,10 @@ std::size_t clusterByRescanning(const std::vector<Embedding>& embeddings,
     const Edge merged = best->first;
     mergeEdge(merged, edges, p_z, p_y_z);
     for (Index& cluster : assignment) cluster = cluster == merged.second ? merged.first : cluster;
+    if (p_z_x.size() > 0) {
+      p_z_x.row(merged.first) += p_z_x.row(merged.second);
+      p_z_x.row(merged.second).setZero();
+    }
     const double remaining = computeInformation(p_z, p_y_z);
     const double delta = (information - remaining) / total;
     if (delta > 2.0) break;  // never: to the end of the tape
