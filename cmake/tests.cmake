@@ -61,3 +61,12 @@ if(benchmark_FOUND)
     add_dependencies(tests ${name})
   endforeach()
 endif()
+
+# Programs that the documents show: test/examples/<name>.cpp.
+file(GLOB TSG_EXAMPLES CONFIGURE_DEPENDS test/examples/*.cpp)
+foreach(source ${TSG_EXAMPLES})
+  get_filename_component(name ${source} NAME_WE)
+  add_executable(${name} EXCLUDE_FROM_ALL ${source})
+  target_link_libraries(${name} PRIVATE tsg_core tsg_warnings)
+  add_dependencies(tests ${name})
+endforeach()

@@ -2,6 +2,7 @@
 #include <mutex>
 #include <pluginlib/class_list_macros.hpp>
 
+#include "segmenter_config.h"
 #include "stage_nodelet.h"
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/image_conversions.h"
@@ -12,22 +13,6 @@
 #include "task_scene_graph/segmentation/segmenter.h"
 
 namespace tsg::nodelets {
-
-struct SegmenterNodeletConfig {
-  segmentation::SegmenterConfig segmenter;
-  std::string models;
-  double patience_s = 5.0;
-  CommonConfig common;
-
-  template <typename Self, typename Visitor>
-  static void visit(Self& self, Visitor& v) {
-    segmentation::SegmenterConfig::visit(self.segmenter, v);
-    v.field("models", self.models, {}, "", "YAML file of the model set");
-    v.field("patience_s", self.patience_s, {0.1, 3600.0}, "s",
-            "a topic that is silent for so long (wall time) is named in a warning");
-    CommonConfig::visit(self.common, v);
-  }
-};
 
 /// `camera/color/image_raw` -> `segmentation`. Always works on the newest image there is.
 class SegmenterNodelet : public StageNodelet {

@@ -3,6 +3,7 @@
 
 #include <ostream>
 #include <string>
+#include <string_view>
 
 #include "task_scene_graph/config/visitor.h"
 
@@ -52,7 +53,8 @@ class JsonObjectStream {
   bool has_elements_ = false;
 };
 
-/// Visitor that turns a configuration into a JSON object (see config/visitor.h).
+/// Visitor that turns a configuration into a JSON object (see config/visitor.h). The number of
+/// threads is left out: files are the same for any.
 template <typename Json>
 class ConfigJson {
  public:
@@ -60,7 +62,7 @@ class ConfigJson {
 
   template <typename T>
   void field(const char* name, const T& value, config::Range, const char*, const char*) {
-    map[name] = value;
+    if (std::string_view(name) != "num_threads") map[name] = value;
   }
   template <typename Enum>
   void choice(const char* name, const Enum& value, const config::Choices<Enum>& choices,

@@ -17,8 +17,8 @@
 #include "task_scene_graph/mapping/ply.h"
 #include "task_scene_graph/pipeline/pipeline.h"
 #include "task_scene_graph/ros/rgbd_bag.h"
+#include "task_scene_graph/ros/task_loader.h"
 #include "task_scene_graph/scene_graph/files.h"
-#include "task_scene_graph/scene_graph/tasks.h"
 
 namespace fs = std::filesystem;
 namespace options = boost::program_options;
@@ -111,13 +111,6 @@ pipeline::PipelineConfig loadConfig(const Arguments& arguments,
       config::loadYamlFile(arguments.config), "configuration '" + arguments.config + "'", defaults);
 }
 
-scene_graph::TaskList loadCheckedTasks(const std::string& path,
-                                       const std::optional<segmentation::ModelSet>& models) {
-  scene_graph::TaskList tasks = scene_graph::loadTasks(path);
-  scene_graph::checkUsable(tasks, path, false, models ? models->embedding_size : 0);
-  return tasks;
-}
-
 void writeTiming(const fs::path& path, const pipeline::Pipeline& pipeline,
                  const ros_interface::RgbdBag& bag) {
   nlohmann::ordered_json json;
@@ -149,10 +142,11 @@ int run(const Arguments& arguments) {
     }
     segmenter = std::make_unique<segmentation::Segmenter>(*models, config.segmenter);
   }
-  const auto object_tasks = loadCheckedTasks(arguments.object_tasks, models);
-  const auto place_tasks = arguments.place_tasks.empty()
-                               ? object_tasks
-                               : loadCheckedTasks(arguments.place_tasks, models);
+  const auto object_tasks = ros_interface::loadTaskList(arguments.object_tasks, arguments.models);
+  const auto place_tasks =
+      arguments.place_tasks.empty()
+          ? object_tasks
+          : ros_interface::loadTaskList(arguments.place_tasks, arguments.models);
   pipeline::Pipeline pipeline(config, object_tasks, place_tasks, std::move(segmenter));
 
   const ProgressBar progress(bag.numColorImages());

@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Prints every parameter of every stage: as a Markdown table or as a YAML file of defaults.
+#include <algorithm>
 #include <iostream>
+#include <iterator>
 #include <string>
 #include <vector>
 
+#include "../../nodelets/mesh_fusion_config.h"
+#include "../../nodelets/scene_graph_config.h"
+#include "../../nodelets/segmenter_config.h"
+#include "../../nodelets/tracker_config.h"
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/pipeline/pipeline.h"
 
@@ -14,17 +20,42 @@ namespace {
 struct Stage {
   const char* name;
   const char* what;
-  std::vector<config::FieldDoc> rows;
+  std::vector<config::FieldDoc> nodelet;  ///< private parameters of the nodelet
+  std::vector<config::FieldDoc> offline;  ///< those that process_bag knows too
 };
 
 std::vector<Stage> describeStages() {
   return {{"segmenter", "colour image to segments with embeddings",
+           config::describe<nodelets::SegmenterNodeletConfig>(),
            config::describe<segmentation::SegmenterConfig>()},
-          {"tracker", "segments to tracks", config::describe<tracking::TrackerConfig>()},
+          {"tracker", "segments to tracks", config::describe<nodelets::TrackerNodeletConfig>(),
+           config::describe<tracking::TrackerConfig>()},
           {"mesh_fusion", "depth to mesh, object primitives and places",
+           config::describe<nodelets::MeshFusionNodeletConfig>(),
            config::describe<pipeline::MeshFusionConfig>()},
           {"scene_graph", "primitives, places and tasks to objects and regions",
+           config::describe<nodelets::SceneGraphNodeletConfig>(),
            config::describe<scene_graph::SceneGraphConfig>()}};
+}
+
+void printTable(const std::vector<config::FieldDoc>& rows) {
+  std::cout << "\n| parameter | default | range | unit | meaning |\n|---|---|---|---|---|\n";
+  for (const auto& row : rows) {
+    std::cout << "| `" << row.name << "` | " << row.default_value << " | " << row.range << " | "
+              << row.unit << " | " << row.doc << " |\n";
+  }
+}
+
+/// The rows of the nodelet that are not the stage's.
+std::vector<config::FieldDoc> findLiveOnly(const Stage& stage) {
+  std::vector<config::FieldDoc> rows;
+  std::copy_if(stage.nodelet.begin(), stage.nodelet.end(), std::back_inserter(rows),
+               [&](const config::FieldDoc& row) {
+                 return std::none_of(
+                     stage.offline.begin(), stage.offline.end(),
+                     [&](const config::FieldDoc& known) { return known.name == row.name; });
+               });
+  return rows;
 }
 
 void printMarkdown() {
@@ -32,12 +63,10 @@ void printMarkdown() {
                " `a/b` of a stage is the key `b` in\nthe map `a` in that stage's section of the"
                " configuration file, and `~a/b` of its nodelet.\n";
   for (const Stage& stage : describeStages()) {
-    std::cout << "\n## " << stage.name << ": " << stage.what
-              << "\n\n| parameter | default | range | unit | meaning |\n|---|---|---|---|---|\n";
-    for (const auto& row : stage.rows) {
-      std::cout << "| `" << row.name << "` | " << row.default_value << " | " << row.range << " | "
-                << row.unit << " | " << row.doc << " |\n";
-    }
+    std::cout << "\n## " << stage.name << ": " << stage.what << "\n";
+    printTable(stage.offline);
+    std::cout << "\nOf the nodelet only, not of `process_bag`:\n";
+    printTable(findLiveOnly(stage));
   }
 }
 
@@ -48,7 +77,7 @@ void printYaml() {
   for (const Stage& stage : describeStages()) {
     std::cout << "\n# " << stage.what << "\n" << stage.name << ":\n";
     std::vector<std::string> open;
-    for (const auto& row : stage.rows) {
+    for (const auto& row : stage.offline) {
       std::vector<std::string> groups;
       std::string name = row.name;
       for (std::size_t slash = name.find('/'); slash != std::string::npos; slash = name.find('/')) {
