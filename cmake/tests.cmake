@@ -11,7 +11,7 @@ function(tsg_add_unit_test module library)
   if(NOT sources)
     return()
   endif()
-  catkin_add_gtest(test_${module} ${sources} TIMEOUT 600
+  catkin_add_gtest(test_${module} ${sources}
     WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR})
   target_link_libraries(test_${module} tsg_test_support ${library} gtest_main tsg_warnings)
 endfunction()
@@ -26,7 +26,7 @@ endif()
 # tsg_add_python_test(<name> <file>): a unittest file, run with the environment of the devel space.
 function(tsg_add_python_test name file)
   catkin_run_tests_target(python ${name} python-${name}.xml
-    COMMAND "${CMAKE_COMMAND} -E env TSG_BUILD_DIR=${CMAKE_BINARY_DIR} TSG_SOURCE_DIR=${CMAKE_CURRENT_SOURCE_DIR} TSG_INSTALL_DIR=${CMAKE_INSTALL_PREFIX} ${CMAKE_CURRENT_SOURCE_DIR}/test/support/run_unittest ${CATKIN_TEST_RESULTS_DIR}/${PROJECT_NAME}/python-${name}.xml ${CMAKE_CURRENT_SOURCE_DIR}/${file}"
+    COMMAND "${CMAKE_COMMAND} -E env TSG_BUILD_DIR=${CMAKE_BINARY_DIR} TSG_SOURCE_DIR=${CMAKE_CURRENT_SOURCE_DIR} TSG_INSTALL_PREFIX=${CMAKE_INSTALL_PREFIX} ${CMAKE_CURRENT_SOURCE_DIR}/test/support/run_unittest ${CATKIN_TEST_RESULTS_DIR}/${PROJECT_NAME}/python-${name}.xml ${CMAKE_CURRENT_SOURCE_DIR}/${file}"
     WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR})
 endfunction()
 

@@ -3,15 +3,18 @@
 import os
 import pathlib
 import subprocess
+import tempfile
 import unittest
 
 BUILD = pathlib.Path(os.environ["TSG_BUILD_DIR"])
-INSTALL = pathlib.Path(os.environ["TSG_INSTALL_DIR"])
+# Not below the package's own folder: roslaunch finds each file of a package in all of it.
+TEMPORARY = tempfile.TemporaryDirectory()
+INSTALL = pathlib.Path(TEMPORARY.name + os.environ["TSG_INSTALL_PREFIX"])
 
 
-def run_installed(command, timeout_s=60):
-    """Runs a shell command that sees the install space only. Returns its output."""
-    setup = f"set +u; unset ROS_PACKAGE_PATH CMAKE_PREFIX_PATH; source {INSTALL}/setup.bash"
+def run_with(setup_file, command, timeout_s=60):
+    """Runs a shell command that sees one space only. Returns its output."""
+    setup = f"set +u; unset ROS_PACKAGE_PATH CMAKE_PREFIX_PATH; source {setup_file}"
     done = subprocess.run(["bash", "-c", f"{setup}; {command}"], stdout=subprocess.PIPE,
                           stderr=subprocess.STDOUT, timeout=timeout_s, text=True,
                           env={**os.environ, "ROS_CACHE_TIMEOUT": "0"})
@@ -20,10 +23,19 @@ def run_installed(command, timeout_s=60):
     return done.stdout
 
 
+def run_installed(command):
+    return run_with(INSTALL / "setup.bash", command)
+
+
 class InstallSpace(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        subprocess.run(["cmake", "--install", str(BUILD)], check=True, stdout=subprocess.DEVNULL)
+        subprocess.run(["cmake", "--install", str(BUILD)], check=True, stdout=subprocess.DEVNULL,
+                       env={**os.environ, "DESTDIR": TEMPORARY.name})
+
+    @classmethod
+    def tearDownClass(cls):
+        TEMPORARY.cleanup()
 
     def test_package_is_found_in_the_install_space(self):
         self.assertEqual(run_installed("rospack find task_scene_graph").strip(),
@@ -48,6 +60,12 @@ class InstallSpace(unittest.TestCase):
 
     def test_process_bag_runs(self):
         self.assertIn("--bag", run_installed("rosrun task_scene_graph process_bag --help"))
+
+    def test_launch_files_are_found_once_in_the_devel_space(self):
+        files = run_with(BUILD / "devel/setup.bash",
+                         "roslaunch --files task_scene_graph task_scene_graph.launch "
+                         "recorded_segmentation:=true object_tasks:=/tasks.yaml")
+        self.assertIn("task_scene_graph.launch", files)
 
 
 if __name__ == "__main__":
