@@ -4,7 +4,7 @@ import argparse
 import os
 import sys
 
-from . import recorded_segmentation, replica, three_d_match, tum
+from . import recorded_segmentation, replica, three_d_match, tum, world_up
 from .frames import DatasetError
 
 LAYOUTS = {"3dmatch": three_d_match, "tum": tum, "replica": replica}
@@ -26,6 +26,10 @@ def parse_arguments(arguments):
                         help="take every Nth frame (1)")
     parser.add_argument("--max-frames", type=positive_int, default=None, metavar="N",
                         help="stop after N frames")
+    parser.add_argument("--world-up", type=up_direction, default=None, metavar="level|X,Y,Z",
+                        help="turn the world so that this direction of it becomes z, up; level: the "
+                        "one that fits a camera held level (7-Scenes' world is its first camera's); "
+                        "negative X: --world-up=-1,0,0")
     return parser.parse_args(arguments)
 
 
@@ -41,6 +45,13 @@ def positive_float(text):
     if not 0.0 < value < float("inf"):
         raise argparse.ArgumentTypeError(f"{text}, expected more than 0")
     return value
+
+
+def up_direction(text):
+    try:
+        return world_up.parse_up(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(error)
 
 
 def find_layout(folder, name):
@@ -71,6 +82,8 @@ def convert(arguments):
     from . import bag  # needs ROS; --help does not
     layout = find_layout(arguments.input, arguments.format)
     sequence = layout.read(arguments.input, arguments.rate)
+    if arguments.world_up is not None and sequence.frames:
+        sequence = world_up.turn_world(sequence, arguments.world_up)
     frames = sequence.frames[:: arguments.stride][: arguments.max_frames]
     print(f"[dataset_to_bag] {arguments.input}: layout {sequence.layout}, {sequence.num_total} "
           f"frames, {len(frames)} to write; intrinsics: {sequence.camera.source}")

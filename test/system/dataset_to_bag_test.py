@@ -16,7 +16,7 @@ from PIL import Image
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts"))
 from datasets import __main__ as command  # noqa: E402
 from datasets import frames as frames_module  # noqa: E402
-from datasets import rotation, tum  # noqa: E402
+from datasets import rotation, tum, world_up  # noqa: E402
 
 WIDTH, HEIGHT = 8, 6
 
@@ -209,6 +209,55 @@ class ThreeDMatch(Folder):
 
     def test_folder_without_a_layout_is_refused(self):
         self.expect_error(self.input, "0 layouts match", "--format")
+
+
+    def test_given_direction_becomes_z(self):
+        self.write_frames(2)
+        turned = self.convert("--world-up=0,-2,0")["/tf"]
+        R = np.eye(4)
+        R[:3, :3] = [[1, 0, 0], [0, 0, 1], [0, -1, 0]]  # -y to z about x
+        for i, message in enumerate(turned):
+            self.expect_pose(message, R @ pose(i))
+
+    def test_level_is_refused_where_the_camera_does_not_turn(self):
+        for i in range(3):
+            self.save(f"frame-{i:06d}.color.png", color(i))
+            self.save(f"frame-{i:06d}.depth.png", depth(i))
+            self.write(f"frame-{i:06d}.pose.txt", number_lines(pose(0)))
+        self.expect_error("--world-up", "turns too little", arguments=["--world-up", "level"])
+
+
+class WorldUp(unittest.TestCase):
+    def test_level_finds_up_of_a_camera_that_pans_and_tilts(self):
+        rng = np.random.default_rng(1)
+        for _ in range(20):
+            up = rng.normal(size=3)
+            up /= np.linalg.norm(up)
+            R_world_level = world_up.find_rotation(up).T
+            poses = []
+            for _ in range(50):
+                yaw, pitch = rng.uniform(-1.5, 1.5), rng.uniform(-1.0, 0.5)
+                forward = np.array([np.cos(yaw) * np.cos(pitch), np.sin(yaw) * np.cos(pitch),
+                                    np.sin(pitch)])
+                right = np.array([np.sin(yaw), -np.cos(yaw), 0.0])
+                T = np.eye(4)
+                T[:3, :3] = R_world_level @ np.column_stack([right, np.cross(forward, right), forward])
+                poses.append(T)
+            np.testing.assert_allclose(world_up.find_level_up(poses), up, atol=1e-9)
+
+    def test_rotation_takes_up_to_z(self):
+        rng = np.random.default_rng(2)
+        for up in [*rng.normal(size=(50, 3)), (0, 0, 1), (0, 0, -1)]:
+            up = np.asarray(up, float) / np.linalg.norm(up)
+            R = world_up.find_rotation(up)
+            np.testing.assert_allclose(R @ up, [0, 0, 1], atol=1e-12)
+            np.testing.assert_allclose(R @ R.T, np.eye(3), atol=1e-12)
+            self.assertGreater(np.linalg.det(R), 0.0)
+
+    def test_directions_are_checked(self):
+        for text in ("0,0,0", "1,2", "nan,0,1", "up"):
+            with self.assertRaises(ValueError):
+                world_up.parse_up(text)
 
 
 class RecordedLabels(ThreeDMatch):
