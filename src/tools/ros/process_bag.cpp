@@ -175,6 +175,11 @@ int run(const Arguments& arguments) {
   for (const auto& [reason, drops] : bag.drops()) {
     std::cerr << "dropped " << drops.count << " (" << reason << "): " << drops.example << "\n";
   }
+  if (graph->places->places.empty()) {
+    std::cerr << "no places: no floor to walk on was seen; where the world's z is not up (see"
+                 " dataset_to_bag --world-up) or the camera sees no floor, set"
+                 " mesh_fusion/places/free_space: volume\n";
+  }
   std::cout << num_frames << " frames, " << graph->primitives.size() << " object primitives, "
             << graph->objects.size() << " objects, " << graph->places->places.size() << " places, "
             << graph->regions.size() << " regions; written to " << output.string() << "\n";
