@@ -81,6 +81,7 @@ void ClusteringEngine::erase(NodeKey key) {
   const Slot slot = graph_.find(key);
   if (!graph_[slot].relevance.empty()) information_.remove(graph_[slot].relevance);
   graph_.erase(slot);
+  registry_.forget(slot);
   is_cut_stale_ = true;
 }
 
@@ -174,9 +175,17 @@ void ClusteringEngine::nameClusters(const std::vector<ComponentIndex>& rerun) {
     is_rerun.push_back(components_[index].clusters.empty());
   const auto names =
       registry_.assign(changed, is_rerun, std::exchange(former_, {}), graph_, components_);
-  changed_.insert(names.changed.begin(), names.changed.end());
-  removed_.insert(names.removed.begin(), names.removed.end());
-  for (const std::uint64_t id : names.removed) changed_.erase(id);
+  changed_.insert(changed_.end(), names.changed.begin(), names.changed.end());
+  removed_.insert(removed_.end(), names.removed.begin(), names.removed.end());
+  if (changed_.size() > changed_limit_) compactChanged();
+}
+
+void ClusteringEngine::compactChanged() {
+  std::sort(changed_.begin(), changed_.end());
+  changed_.erase(std::unique(changed_.begin(), changed_.end()), changed_.end());
+  const auto is_gone = [this](std::uint64_t id) { return !registry_.contains(id); };
+  changed_.erase(std::remove_if(changed_.begin(), changed_.end(), is_gone), changed_.end());
+  changed_limit_ = 2 * changed_.size() + 1024;
 }
 
 }  // namespace tsg::bottleneck

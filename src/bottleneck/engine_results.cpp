@@ -32,7 +32,7 @@ void ClusteringEngine::appendClusters(ComponentIndex index, std::vector<Cluster>
   const Component& component = components_[index];
   std::vector<std::vector<Slot>> members(component.clusters.size());
   for (const Slot slot : component.nodes) {
-    members[registry_[graph_[slot].cluster].label].push_back(slot);
+    members[registry_[registry_.clusterOf(slot)].label].push_back(slot);
   }
   for (std::size_t label = 0; label < members.size(); ++label) {
     clusters.push_back(makeCluster(component.clusters[label], members[label]));
@@ -53,18 +53,21 @@ std::vector<Cluster> ClusteringEngine::makeClusters() {
 }
 
 ClusteringUpdate ClusteringEngine::takeUpdate() {
+  compactChanged();
   std::set<ComponentIndex> touched;
   for (const std::uint64_t id : changed_) touched.insert(registry_.find(id).component);
   ClusteringUpdate update;
   for (const ComponentIndex index : touched) appendClusters(index, update.changed);
-  const auto is_old = [this](const Cluster& cluster) { return changed_.count(cluster.id) == 0; };
+  const auto is_old = [this](const Cluster& cluster) {
+    return !std::binary_search(changed_.begin(), changed_.end(), cluster.id);
+  };
   update.changed.erase(std::remove_if(update.changed.begin(), update.changed.end(), is_old),
                        update.changed.end());
   std::sort(update.changed.begin(), update.changed.end(),
             [](const Cluster& a, const Cluster& b) { return a.id < b.id; });
-  update.removed.assign(removed_.begin(), removed_.end());
+  update.removed = std::exchange(removed_, {});
+  std::sort(update.removed.begin(), update.removed.end());
   changed_.clear();
-  removed_.clear();
   return update;
 }
 
