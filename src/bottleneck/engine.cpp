@@ -141,8 +141,16 @@ void ClusteringEngine::updateScores() {
     if (std::exchange(graph_[slot].is_score_pending, false)) slots.push_back(slot);
   }
   pending_scores_.clear();
-  parallelFor(slots.size(), config_.num_threads, [&](std::size_t i) {
-    graph_[slots[i]].scores = scorer_.computeScores(graph_[slots[i]].embedding);
+  constexpr std::size_t kBlock = 32;
+  parallelFor((slots.size() + kBlock - 1) / kBlock, config_.num_threads, [&](std::size_t block) {
+    const std::size_t begin = block * kBlock;
+    const std::size_t end = std::min(begin + kBlock, slots.size());
+    std::vector<const Embedding*> embeddings;
+    for (std::size_t i = begin; i < end; ++i) embeddings.push_back(&graph_[slots[i]].embedding);
+    std::vector<std::vector<double>> scores = scorer_.computeScores(embeddings);
+    for (std::size_t i = begin; i < end; ++i) {
+      graph_[slots[i]].scores = std::move(scores[i - begin]);
+    }
   });
   updateRelevance(std::exchange(is_relevance_stale_, false) ? allSlots() : slots);
 }
