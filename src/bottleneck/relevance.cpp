@@ -12,7 +12,7 @@ namespace {
 // Four doubles that the compiler maps to whatever registers there are (GCC and Clang).
 typedef double Lanes __attribute__((vector_size(32), aligned(8), may_alias));
 typedef float FloatLanes __attribute__((vector_size(16), aligned(4), may_alias));
-constexpr int kTileWidth = 16;        // four of them: enough sums to hide the latency of one
+constexpr int kTileWidth = 16;        // four of them
 constexpr Eigen::Index kChunk = 128;  // dimensions; that much of a tile fits the innermost cache
 
 // Twice as fast where the processor has wider registers, and bit for bit the same: no fused
@@ -23,23 +23,29 @@ constexpr Eigen::Index kChunk = 128;  // dimensions; that much of a tile fits th
 #define TSG_WIDE_REGISTERS
 #endif
 
-// One sum per task, in order of dimension: no other task changes a task's score.
-TSG_WIDE_REGISTERS void addTileProducts(const float* embedding, Eigen::Index dimension,
-                                        const double* tile, double* sums) {
-  Lanes* out = reinterpret_cast<Lanes*>(sums);
-  Lanes s0 = out[0], s1 = out[1], s2 = out[2], s3 = out[3];
+// Sums of two embeddings; of one alone, each addition would wait for the one before. One sum per
+// task, in order of dimension: no other task or embedding changes a score.
+TSG_WIDE_REGISTERS void addTileProducts(const float* a, const float* b, Eigen::Index dimension,
+                                        const double* tile, double* sums_a, double* sums_b) {
+  Lanes* out_a = reinterpret_cast<Lanes*>(sums_a);
+  Lanes* out_b = reinterpret_cast<Lanes*>(sums_b);
+  Lanes a0 = out_a[0], a1 = out_a[1], a2 = out_a[2], a3 = out_a[3];
+  Lanes b0 = out_b[0], b1 = out_b[1], b2 = out_b[2], b3 = out_b[3];
   for (Eigen::Index d = 0; d < dimension; ++d, tile += kTileWidth) {
-    const double x = static_cast<double>(embedding[d]);
+    const double x = static_cast<double>(a[d]);
+    const double z = static_cast<double>(b[d]);
     const Lanes* row = reinterpret_cast<const Lanes*>(tile);
-    s0 += x * row[0];
-    s1 += x * row[1];
-    s2 += x * row[2];
-    s3 += x * row[3];
+    a0 += x * row[0];
+    b0 += z * row[0];
+    a1 += x * row[1];
+    b1 += z * row[1];
+    a2 += x * row[2];
+    b2 += z * row[2];
+    a3 += x * row[3];
+    b3 += z * row[3];
   }
-  out[0] = s0;
-  out[1] = s1;
-  out[2] = s2;
-  out[3] = s3;
+  out_a[0] = a0, out_a[1] = a1, out_a[2] = a2, out_a[3] = a3;
+  out_b[0] = b0, out_b[1] = b1, out_b[2] = b2, out_b[3] = b3;
 }
 
 TSG_WIDE_REGISTERS double computeSquaredNorm(const float* x, Eigen::Index dimension) {
@@ -113,15 +119,16 @@ std::vector<std::vector<double>> TaskScorer::computeScores(
     const std::vector<const Embedding*>& embeddings) const {
   const std::vector<double> zeros(static_cast<std::size_t>(num_tasks_), 0.0);
   std::vector<std::vector<double>> scores(embeddings.size(), zeros);
-  std::vector<double> sums(embeddings.size() * kTileWidth);
+  std::vector<double> sums((embeddings.size() + 1) * kTileWidth);  // of pairs
   for (int first = 0; first < num_tasks_; first += kTileWidth) {
     const double* tile = tiles_.data() + static_cast<std::ptrdiff_t>(first) * dimension_;
     std::fill(sums.begin(), sums.end(), 0.0);
     for (Eigen::Index d = 0; d < dimension_; d += kChunk) {
       const Eigen::Index length = std::min<Eigen::Index>(kChunk, dimension_ - d);
-      for (std::size_t i = 0; i < embeddings.size(); ++i) {
-        addTileProducts(embeddings[i]->data() + d, length, tile + d * kTileWidth,
-                        &sums[i * kTileWidth]);
+      for (std::size_t i = 0; i < embeddings.size(); i += 2) {
+        const Embedding& last = *embeddings[std::min(i + 1, embeddings.size() - 1)];
+        addTileProducts(embeddings[i]->data() + d, last.data() + d, length, tile + d * kTileWidth,
+                        &sums[i * kTileWidth], &sums[(i + 1) * kTileWidth]);
       }
     }
     const auto count = static_cast<std::size_t>(std::min(kTileWidth, num_tasks_ - first));
