@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <deque>
-#include <functional>
 #include <tuple>
 #include <vector>
 
@@ -26,8 +25,9 @@ struct Candidate {
   Index version_b;
   bool is_equal;
 
-  bool operator>(const Candidate& other) const {
-    return std::tie(cost, a, b) > std::tie(other.cost, other.a, other.b);
+  std::uint64_t pair() const { return (std::uint64_t{a} << 32) | b; }
+  bool operator<(const Candidate& other) const {
+    return cost < other.cost || (cost == other.cost && pair() < other.pair());
   }
 };
 
@@ -37,12 +37,13 @@ struct HubBound {
   Index hub;
   std::uint32_t listing;
 
-  bool operator>(const HubBound& other) const {
-    return std::tie(bound, hub) > std::tie(other.bound, other.hub);
+  bool operator<(const HubBound& other) const {
+    return std::tie(bound, hub) < std::tie(other.bound, other.hub);
   }
 };
 
-/// A binary heap, smallest first, whose outdated entries are dropped now and then.
+/// A heap, smallest first, whose outdated entries are dropped now and then. Four children to a
+/// parent: half the levels of a binary one, and the children share a cache line or two.
 template <typename Entry>
 class LazyHeap {
  public:
@@ -50,21 +51,49 @@ class LazyHeap {
   const Entry& top() const { return entries_.front(); }
 
   void pop() {
-    std::pop_heap(entries_.begin(), entries_.end(), std::greater<>());
+    const Entry last = entries_.back();
     entries_.pop_back();
+    if (!entries_.empty()) sink(0, last);
   }
 
   template <typename Predicate>
   void push(const Entry& entry, const Predicate& isOutdated) {
     entries_.push_back(entry);
-    std::push_heap(entries_.begin(), entries_.end(), std::greater<>());
+    rise(entries_.size() - 1, entry);
     if (entries_.size() <= limit_) return;
     entries_.erase(std::remove_if(entries_.begin(), entries_.end(), isOutdated), entries_.end());
-    std::make_heap(entries_.begin(), entries_.end(), std::greater<>());
+    for (std::size_t i = entries_.size() / kNumChildren + 1; i-- > 0;) {
+      if (i < entries_.size()) sink(i, Entry(entries_[i]));
+    }
     limit_ = 2 * entries_.size() + 1024;
   }
 
  private:
+  static constexpr std::size_t kNumChildren = 4;
+
+  void rise(std::size_t i, const Entry& entry) {
+    for (; i > 0 && entry < entries_[(i - 1) / kNumChildren]; i = (i - 1) / kNumChildren) {
+      entries_[i] = entries_[(i - 1) / kNumChildren];
+    }
+    entries_[i] = entry;
+  }
+
+  void sink(std::size_t i, const Entry& entry) {
+    while (true) {
+      const std::size_t first = kNumChildren * i + 1;
+      const std::size_t end = std::min(first + kNumChildren, entries_.size());
+      if (first >= end) break;
+      std::size_t best = first;
+      for (std::size_t child = first + 1; child < end; ++child) {
+        if (entries_[child] < entries_[best]) best = child;
+      }
+      if (!(entries_[best] < entry)) break;
+      entries_[i] = entries_[best];
+      i = best;
+    }
+    entries_[i] = entry;
+  }
+
   std::vector<Entry> entries_;
   std::size_t limit_ = 1024;
 };

@@ -10,13 +10,13 @@
 namespace tsg::bottleneck {
 namespace {
 
-constexpr std::uint32_t kNone = ~std::uint32_t{0};
+constexpr std::uint32_t kNone = ClusterRegistry::kNone;
 
 struct Group {
   ComponentIndex component;
   std::uint32_t label;
   bool is_rerun;
-  NodeKey smallest_key;
+  Slot smallest;        // primitive with the smallest key
   std::uint32_t begin;  // its primitives: members[begin..end)
   std::uint32_t end;
   std::uint32_t entry;   // the name it takes over
@@ -32,19 +32,18 @@ struct ClusterRegistry::Groups {
   std::vector<Group> list;
   std::vector<Slot> members;
 
-  void append(ComponentIndex index, const Component& component, bool is_rerun,
-              const PrimitiveGraph& graph);
+  void append(ComponentIndex index, const Component& component, bool is_rerun);
 };
 
 void ClusterRegistry::Groups::append(ComponentIndex index, const Component& component,
-                                     bool is_rerun, const PrimitiveGraph& graph) {
+                                     bool is_rerun) {
   const std::vector<std::uint32_t> roots = findClusterRoots(component);
   std::vector<std::uint32_t> group_of(roots.size());
   const auto first = static_cast<std::uint32_t>(list.size());
   for (std::uint32_t i = 0; i < roots.size(); ++i) {
     if (roots[i] == i) {
       const auto label = static_cast<std::uint32_t>(list.size()) - first;
-      list.push_back({index, label, is_rerun, graph[component.nodes[i]].key, 0, 0, kNone, 0});
+      list.push_back({index, label, is_rerun, component.nodes[i], 0, 0, kNone, 0});
     }
     group_of[i] = roots[i] == i ? static_cast<std::uint32_t>(list.size()) - 1 : group_of[roots[i]];
     ++list[group_of[i]].end;
@@ -63,20 +62,19 @@ void ClusterRegistry::Groups::append(ComponentIndex index, const Component& comp
 
 ClusterRegistry::Groups ClusterRegistry::makeGroups(const std::vector<ComponentIndex>& components,
                                                     const std::vector<bool>& is_rerun,
-                                                    const PrimitiveGraph& graph,
                                                     const ComponentSet& component_set) {
   Groups groups;
   for (std::size_t i = 0; i < components.size(); ++i) {
-    groups.append(components[i], component_set[components[i]], is_rerun[i], graph);
+    groups.append(components[i], component_set[components[i]], is_rerun[i]);
   }
   return groups;
 }
 
 void ClusterRegistry::countShared(const Groups& groups, std::uint32_t group,
-                                  const PrimitiveGraph& graph, std::vector<std::uint32_t>& seen) {
+                                  std::vector<std::uint32_t>& seen) {
   const Group& g = groups.list[group];
   for (std::uint32_t i = g.begin; i < g.end; ++i) {
-    const std::uint32_t former = graph[groups.members[i]].cluster;
+    const std::uint32_t former = clusterOf(groups.members[i]);
     if (former == kNone) continue;
     if (heirs_[former].group == kNone && heirs_[former].shared == 0) seen.push_back(former);
     ++heirs_[former].shared;
@@ -85,19 +83,20 @@ void ClusterRegistry::countShared(const Groups& groups, std::uint32_t group,
 
 std::vector<std::uint32_t> ClusterRegistry::findHeirs(const Groups& groups,
                                                       const PrimitiveGraph& graph) {
+  const auto keyOf = [&](const Group& group) { return graph[group.smallest].key; };
   std::vector<std::uint32_t> all_formers;
   std::vector<std::uint32_t> formers_of_group;
   const auto count = static_cast<std::uint32_t>(groups.list.size());
   for (std::uint32_t g = 0; g < count; ++g) {
     const Group& group = groups.list[g];
-    countShared(groups, g, graph, all_formers);
+    countShared(groups, g, all_formers);
     for (std::uint32_t i = group.begin; i < group.end; ++i) {
-      const std::uint32_t former = graph[groups.members[i]].cluster;
+      const std::uint32_t former = clusterOf(groups.members[i]);
       if (former == kNone || heirs_[former].shared == 0) continue;
       Heir& heir = heirs_[former];
-      const bool is_better = heir.group == kNone || heir.shared > heir.most_shared ||
-                             (heir.shared == heir.most_shared &&
-                              group.smallest_key < groups.list[heir.group].smallest_key);
+      const bool is_better =
+          heir.group == kNone || heir.shared > heir.most_shared ||
+          (heir.shared == heir.most_shared && keyOf(group) < keyOf(groups.list[heir.group]));
       if (is_better) heir = {0, g, heir.shared};
       heir.shared = 0;
     }
@@ -128,7 +127,6 @@ std::vector<std::uint64_t> ClusterRegistry::dropUnclaimed(const std::vector<std:
   for (const std::uint32_t entry : former) {
     if (heirs_[entry].shared == 0) {
       removed.push_back(table_[entry].id);
-      indices_.erase(table_[entry].id);
       table_[entry] = Entry();
       free_.push_back(entry);
     }
@@ -147,20 +145,34 @@ std::uint32_t ClusterRegistry::makeEntry() {
   const std::uint32_t entry = free_.back();
   free_.pop_back();
   table_[entry].id = next_id_++;
-  indices_[table_[entry].id] = entry;
+  issued_.emplace_back(table_[entry].id, entry);
+  if (issued_.size() <= issued_limit_) return entry;
+  const auto is_gone = [this](const auto& issued) {
+    return table_[issued.second].id != issued.first;
+  };
+  issued_.erase(std::remove_if(issued_.begin(), issued_.end(), is_gone), issued_.end());
+  issued_limit_ = 2 * issued_.size() + 1024;
   return entry;
 }
 
-void ClusterRegistry::nameUnclaimed(Groups& groups) {
+std::uint32_t ClusterRegistry::indexOf(std::uint64_t id) const {
+  const auto place = std::lower_bound(issued_.begin(), issued_.end(), std::make_pair(id, 0u));
+  const bool is_found =
+      place != issued_.end() && place->first == id && table_[place->second].id == id;
+  return is_found ? place->second : kNone;
+}
+
+void ClusterRegistry::nameUnclaimed(Groups& groups, const PrimitiveGraph& graph) {
   std::vector<std::pair<NodeKey, std::size_t>> unnamed;
   for (std::size_t g = 0; g < groups.list.size(); ++g) {
-    if (groups.list[g].entry == kNone) unnamed.emplace_back(groups.list[g].smallest_key, g);
+    const Group& group = groups.list[g];
+    if (group.entry == kNone) unnamed.emplace_back(graph[group.smallest].key, g);
   }
   std::sort(unnamed.begin(), unnamed.end());
   for (const auto& [key, g] : unnamed) groups.list[g].entry = makeEntry();
 }
 
-std::vector<std::uint64_t> ClusterRegistry::commit(const Groups& groups, PrimitiveGraph& graph,
+std::vector<std::uint64_t> ClusterRegistry::commit(const Groups& groups,
                                                    ComponentSet& component_set) {
   std::vector<std::uint64_t> changed;
   std::vector<std::uint32_t> entries;  // of one component
@@ -172,7 +184,7 @@ std::vector<std::uint64_t> ClusterRegistry::commit(const Groups& groups, Primiti
     if (!is_same) changed.push_back(entry.id);
     entry = {entry.id, group.component, group.label, group.size()};
     for (std::uint32_t i = group.begin; i < group.end; ++i) {
-      graph[groups.members[i]].cluster = group.entry;
+      cluster_of_[groups.members[i]] = group.entry;
     }
     entries.push_back(group.entry);
     const bool is_last =
@@ -186,20 +198,25 @@ std::vector<std::uint64_t> ClusterRegistry::commit(const Groups& groups, Primiti
 ClusterRegistry::Changes ClusterRegistry::assign(const std::vector<ComponentIndex>& components,
                                                  const std::vector<bool>& is_rerun,
                                                  const std::vector<std::uint32_t>& former,
-                                                 PrimitiveGraph& graph,
+                                                 const PrimitiveGraph& graph,
                                                  ComponentSet& component_set) {
-  Groups groups = makeGroups(components, is_rerun, graph, component_set);
+  if (cluster_of_.size() < graph.tableSize()) cluster_of_.resize(graph.tableSize(), kNone);
+  Groups groups = makeGroups(components, is_rerun, component_set);
   claimFormer(groups, graph);
   Changes changes;
   changes.removed = dropUnclaimed(former, groups);
-  nameUnclaimed(groups);
-  changes.changed = commit(groups, graph, component_set);
+  nameUnclaimed(groups, graph);
+  changes.changed = commit(groups, component_set);
   return changes;
 }
 
+void ClusterRegistry::forget(Slot slot) {
+  if (slot < cluster_of_.size()) cluster_of_[slot] = kNone;
+}
+
 const ClusterRegistry::Entry& ClusterRegistry::find(std::uint64_t id) const {
-  const auto place = indices_.find(id);
-  if (place != indices_.end()) return table_[place->second];
+  const std::uint32_t index = indexOf(id);
+  if (index != kNone) return table_[index];
   throw std::out_of_range("there is no cluster " + std::to_string(id));
 }
 

@@ -68,7 +68,7 @@ std::vector<Cluster> IncrementalClustering::clusters() {
 std::uint64_t IncrementalClustering::clusterOf(NodeKey key) {
   const Slot slot = engine_->graph().find(key);
   engine_->apply();
-  return engine_->registry()[engine_->graph()[slot].cluster].id;
+  return engine_->registry()[engine_->registry().clusterOf(slot)].id;
 }
 
 const std::vector<double>& IncrementalClustering::scores(NodeKey key) {

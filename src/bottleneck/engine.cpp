@@ -3,9 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
-#include <queue>
 #include <stdexcept>
-#include <tuple>
 #include <utility>
 
 #include "task_scene_graph/config/config.h"
@@ -83,6 +81,7 @@ void ClusteringEngine::erase(NodeKey key) {
   const Slot slot = graph_.find(key);
   if (!graph_[slot].relevance.empty()) information_.remove(graph_[slot].relevance);
   graph_.erase(slot);
+  registry_.forget(slot);
   is_cut_stale_ = true;
 }
 
@@ -142,8 +141,16 @@ void ClusteringEngine::updateScores() {
     if (std::exchange(graph_[slot].is_score_pending, false)) slots.push_back(slot);
   }
   pending_scores_.clear();
-  parallelFor(slots.size(), config_.num_threads, [&](std::size_t i) {
-    graph_[slots[i]].scores = scorer_.computeScores(graph_[slots[i]].embedding);
+  constexpr std::size_t kBlock = 32;
+  parallelFor((slots.size() + kBlock - 1) / kBlock, config_.num_threads, [&](std::size_t block) {
+    const std::size_t begin = block * kBlock;
+    const std::size_t end = std::min(begin + kBlock, slots.size());
+    std::vector<const Embedding*> embeddings;
+    for (std::size_t i = begin; i < end; ++i) embeddings.push_back(&graph_[slots[i]].embedding);
+    std::vector<std::vector<double>> scores = scorer_.computeScores(embeddings);
+    for (std::size_t i = begin; i < end; ++i) {
+      graph_[slots[i]].scores = std::move(scores[i - begin]);
+    }
   });
   updateRelevance(std::exchange(is_relevance_stale_, false) ? allSlots() : slots);
 }
@@ -162,122 +169,6 @@ void ClusteringEngine::updateRelevance(const std::vector<Slot>& slots) {
   }
 }
 
-std::vector<Slot> ClusteringEngine::dissolve(const PrimitiveGraph::Touched& touched) {
-  std::vector<Slot> loose;
-  for (const Slot slot : touched.slots) {
-    if (graph_[slot].is_alive && graph_[slot].component == kNoSlot) loose.push_back(slot);
-  }
-  for (const ComponentIndex index : touched.components) {
-    const Component& component = dissolved_[index] = components_.release(index);
-    for (const Slot slot : component.nodes) {
-      if (graph_[slot].component != index) continue;  // erased meanwhile
-      graph_[slot].component = kNoSlot;
-      graph_[slot].former_component = index;
-      loose.push_back(slot);
-    }
-    former_.insert(former_.end(), component.clusters.begin(), component.clusters.end());
-  }
-  return loose;
-}
-
-std::vector<std::vector<Slot>> ClusteringEngine::findComponents(const std::vector<Slot>& loose) {
-  std::vector<std::vector<Slot>> parts;
-  local_.resize(std::max<std::size_t>(local_.size(), graph_.tableSize()), kNoSlot);
-  for (const Slot slot : loose) local_[slot] = kNoSlot;  // not reached yet
-  for (const Slot seed : loose) {
-    if (local_[seed] != kNoSlot) continue;
-    std::vector<Slot> nodes{seed};
-    local_[seed] = 0;
-    for (std::size_t i = 0; i < nodes.size(); ++i) {
-      for (const Slot neighbour : graph_[nodes[i]].neighbours) {
-        if (local_[neighbour] != kNoSlot) continue;
-        local_[neighbour] = 0;
-        nodes.push_back(neighbour);
-      }
-    }
-    std::sort(nodes.begin(), nodes.end(),
-              [this](Slot a, Slot b) { return graph_[a].key < graph_[b].key; });
-    parts.push_back(std::move(nodes));
-  }
-  return parts;
-}
-
-AgglomerationProblem ClusteringEngine::makeProblem(const std::vector<Slot>& nodes) const {
-  AgglomerationProblem problem;
-  problem.relevance.reserve(nodes.size());
-  for (std::uint32_t i = 0; i < nodes.size(); ++i) {
-    problem.relevance.push_back(&graph_[nodes[i]].relevance);
-    for (const Slot neighbour : graph_[nodes[i]].neighbours) {
-      if (i < local_[neighbour]) problem.edges.emplace_back(i, local_[neighbour]);
-    }
-  }
-  return problem;
-}
-
-// The dissolved component that nearly all of these primitives were in, unchanged; none if following
-// its tape would not pay.
-const Component* ClusteringEngine::findFormer(const std::vector<Slot>& nodes) const {
-  constexpr std::size_t kMinSize = 500;
-  constexpr double kMinShare = 0.9;
-  if (nodes.size() < kMinSize) return nullptr;
-  std::map<ComponentIndex, std::size_t> counts;
-  for (const Slot slot : nodes) {
-    if (!graph_[slot].is_changed) ++counts[graph_[slot].former_component];
-  }
-  for (const auto& [index, count] : counts) {
-    const auto place = dissolved_.find(index);
-    if (place == dissolved_.end()) continue;
-    const auto size = static_cast<double>(std::max(nodes.size(), place->second.nodes.size()));
-    if (static_cast<double>(count) >= kMinShare * size) return &place->second;
-  }
-  return nullptr;
-}
-
-FormerRun ClusteringEngine::makeFormerRun(const Component& former,
-                                          const std::vector<Slot>& nodes) const {
-  FormerRun run;
-  run.tape = former.tape;
-  run.index_of.assign(former.nodes.size(), FormerRun::kGone);
-  run.is_changed.assign(nodes.size(), true);
-  for (std::uint32_t i = 0; i < former.nodes.size(); ++i) {
-    const Slot slot = former.nodes[i];
-    const bool was_there = graph_[slot].is_alive && graph_[slot].former_component != kNoSlot;
-    if (!was_there) continue;
-    const std::uint32_t present = local_[slot];
-    if (present >= nodes.size() || nodes[present] != slot) continue;  // in another part now
-    run.index_of[i] = present;
-    run.is_changed[present] = graph_[slot].is_changed;
-  }
-  return run;
-}
-
-MergeTape ClusteringEngine::runTape(const std::vector<Slot>& nodes) const {
-  const AgglomerationProblem problem = makeProblem(nodes);
-  const Component* former = findFormer(nodes);
-  return former ? reagglomerate(problem, makeFormerRun(*former, nodes)) : agglomerate(problem);
-}
-
-std::vector<ComponentIndex> ClusteringEngine::rebuild(std::vector<std::vector<Slot>> parts) {
-  for (const std::vector<Slot>& nodes : parts) {
-    for (std::uint32_t i = 0; i < nodes.size(); ++i) local_[nodes[i]] = i;
-  }
-  std::vector<MergeTape> tapes(parts.size());
-  parallelFor(parts.size(), config_.num_threads,
-              [&](std::size_t i) { tapes[i] = runTape(parts[i]); });
-  std::vector<ComponentIndex> rerun;
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    const std::vector<Slot> nodes = parts[i];
-    rerun.push_back(components_.insert(std::move(parts[i]), std::move(tapes[i])));
-    for (const Slot slot : nodes) {
-      graph_[slot].component = rerun.back();
-      graph_[slot].former_component = kNoSlot;
-      graph_[slot].is_changed = false;
-    }
-  }
-  dissolved_.clear();
-  return rerun;
-}
-
 void ClusteringEngine::nameClusters(const std::vector<ComponentIndex>& rerun) {
   std::vector<ComponentIndex> changed = components_.recut(rule().limit());
   for (const ComponentIndex index : changed) {
@@ -292,91 +183,17 @@ void ClusteringEngine::nameClusters(const std::vector<ComponentIndex>& rerun) {
     is_rerun.push_back(components_[index].clusters.empty());
   const auto names =
       registry_.assign(changed, is_rerun, std::exchange(former_, {}), graph_, components_);
-  changed_.insert(names.changed.begin(), names.changed.end());
-  removed_.insert(names.removed.begin(), names.removed.end());
-  for (const std::uint64_t id : names.removed) changed_.erase(id);
+  changed_.insert(changed_.end(), names.changed.begin(), names.changed.end());
+  removed_.insert(removed_.end(), names.removed.begin(), names.removed.end());
+  if (changed_.size() > changed_limit_) compactChanged();
 }
 
-Cluster ClusteringEngine::makeCluster(std::uint32_t entry, const std::vector<Slot>& members) {
-  Cluster cluster;
-  cluster.id = registry_[entry].id;
-  cluster.members.reserve(members.size());
-  dense_.assign(static_cast<std::size_t>(scorer_.numTasks()) + 1, 0.0);
-  for (const Slot slot : members) {
-    cluster.members.push_back(graph_[slot].key);
-    for (const TaskMass& entry_y : graph_[slot].relevance) dense_[entry_y.task] += entry_y.mass;
-  }
-  const auto best = std::max_element(dense_.begin(), dense_.end());
-  cluster.task = static_cast<int>(best - dense_.begin());
-  for (std::uint32_t y = 0; y < dense_.size(); ++y) {
-    if (dense_[y] > 0.0) cluster.relevance.push_back({y, dense_[y]});
-  }
-  cluster.relevance = toDistribution(cluster.relevance);
-  return cluster;
-}
-
-void ClusteringEngine::appendClusters(ComponentIndex index, std::vector<Cluster>& clusters) {
-  const Component& component = components_[index];
-  std::vector<std::vector<Slot>> members(component.clusters.size());
-  for (const Slot slot : component.nodes) {
-    members[registry_[graph_[slot].cluster].label].push_back(slot);
-  }
-  for (std::size_t label = 0; label < members.size(); ++label) {
-    clusters.push_back(makeCluster(component.clusters[label], members[label]));
-  }
-}
-
-std::vector<Cluster> ClusteringEngine::makeClusters() {
-  std::vector<Cluster> clusters;
-  clusters.reserve(registry_.size());
-  for (ComponentIndex index = 0; index < components_.tableSize(); ++index) {
-    if (components_[index].is_alive) appendClusters(index, clusters);
-  }
-  std::sort(clusters.begin(), clusters.end(),
-            [](const Cluster& a, const Cluster& b) { return a.id < b.id; });
-  changed_.clear();
-  removed_.clear();
-  return clusters;
-}
-
-ClusteringUpdate ClusteringEngine::takeUpdate() {
-  std::set<ComponentIndex> touched;
-  for (const std::uint64_t id : changed_) touched.insert(registry_.find(id).component);
-  ClusteringUpdate update;
-  for (const ComponentIndex index : touched) appendClusters(index, update.changed);
-  const auto is_old = [this](const Cluster& cluster) { return changed_.count(cluster.id) == 0; };
-  update.changed.erase(std::remove_if(update.changed.begin(), update.changed.end(), is_old),
-                       update.changed.end());
-  std::sort(update.changed.begin(), update.changed.end(),
-            [](const Cluster& a, const Cluster& b) { return a.id < b.id; });
-  update.removed.assign(removed_.begin(), removed_.end());
-  changed_.clear();
-  removed_.clear();
-  return update;
-}
-
-std::vector<Merge> ClusteringEngine::makeMergeSequence() const {
-  using Head = std::tuple<std::int64_t, NodeKey, NodeKey, ComponentIndex, std::size_t>;
-  std::priority_queue<Head, std::vector<Head>, std::greater<>> heads;
-  const auto push = [&](ComponentIndex index, std::size_t i) {
-    const Component& component = components_[index];
-    if (i >= component.cut) return;
-    const MergeStep& step = component.tape[i];
-    heads.emplace(step.cost, graph_[component.nodes[step.a]].key,
-                  graph_[component.nodes[step.b]].key, index, i);
-  };
-  for (ComponentIndex index = 0; index < components_.tableSize(); ++index) push(index, 0);
-  const MergeRule rule(config_, totalBits());
-  const double count = static_cast<double>(graph_.size());
-  std::vector<Merge> merges;
-  while (!heads.empty()) {
-    const auto [cost, a, b, index, i] = heads.top();
-    heads.pop();
-    merges.push_back(
-        {a, b, static_cast<double>(cost) * kCostUnit / count, rule.computeDelta(cost)});
-    push(index, i + 1);
-  }
-  return merges;
+void ClusteringEngine::compactChanged() {
+  std::sort(changed_.begin(), changed_.end());
+  changed_.erase(std::unique(changed_.begin(), changed_.end()), changed_.end());
+  const auto is_gone = [this](std::uint64_t id) { return !registry_.contains(id); };
+  changed_.erase(std::remove_if(changed_.begin(), changed_.end(), is_gone), changed_.end());
+  changed_limit_ = 2 * changed_.size() + 1024;
 }
 
 }  // namespace tsg::bottleneck

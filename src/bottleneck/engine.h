@@ -2,7 +2,6 @@
 #pragma once
 
 #include <map>
-#include <set>
 #include <vector>
 
 #include "task_scene_graph/bottleneck/cluster_registry.h"
@@ -58,6 +57,7 @@ class ClusteringEngine {
   FormerRun makeFormerRun(const Component& former, const std::vector<Slot>& nodes) const;
   MergeTape runTape(const std::vector<Slot>& nodes) const;
   void nameClusters(const std::vector<ComponentIndex>& rerun);
+  void compactChanged();
   Cluster makeCluster(std::uint32_t entry, const std::vector<Slot>& members);
   void appendClusters(ComponentIndex index, std::vector<Cluster>& clusters);
 
@@ -74,11 +74,12 @@ class ClusteringEngine {
   std::vector<Slot> pending_scores_;
   std::vector<std::uint32_t> former_;              // clusters of dissolved components
   std::map<ComponentIndex, Component> dissolved_;  // until their primitives have new ones
-  std::vector<std::uint32_t> local_;  // by slot: position in its component, while running
-  std::vector<double> dense_;         // by task: scratch
-  ClusteringStatistics times_;        // its times only
-  std::set<std::uint64_t> changed_;   // not yet reported
-  std::set<std::uint64_t> removed_;
+  std::vector<std::uint32_t> local_;    // by slot: position in its component, while running
+  std::vector<double> dense_;           // by task: scratch
+  ClusteringStatistics times_;          // its times only
+  std::vector<std::uint64_t> changed_;  // not yet reported; may repeat, or be gone
+  std::size_t changed_limit_ = 1024;    // of its size, before it is compacted
+  std::vector<std::uint64_t> removed_;  // not yet reported
 };
 
 }  // namespace tsg::bottleneck

@@ -101,27 +101,27 @@ ClusterExplanation ClusteringEngine::explainCluster(std::uint64_t id) const {
   Replay replay(*this, entry.component);
   for (; !replay.isAtCut(); replay.advance()) {
     const Slot slot = component.nodes[replay.next().a];
-    if (graph_[slot].cluster == index) explanation.merges.push_back(replay.explainNext());
+    if (registry_.clusterOf(slot) == index) explanation.merges.push_back(replay.explainNext());
   }
   if (!replay.isAtEnd()) explanation.stop = replay.explainNext();
   SparseMasses masses;
   for (const Slot slot : component.nodes) {
-    if (graph_[slot].cluster == index) masses = addMasses(masses, graph_[slot].relevance);
+    if (registry_.clusterOf(slot) == index) masses = addMasses(masses, graph_[slot].relevance);
   }
   explanation.task = findBestTask(masses);
   return explanation;
 }
 
 PairExplanation ClusteringEngine::explainPair(NodeKey a, NodeKey b) const {
-  const PrimitiveGraph::Primitive& x = graph_[graph_.find(a)];
-  const PrimitiveGraph::Primitive& z = graph_[graph_.find(b)];
+  const Slot x = graph_.find(a);
+  const Slot z = graph_.find(b);
   PairExplanation explanation;
   explanation.threshold = rule().threshold();
-  if (x.component != z.component) return explanation;
-  const bool is_together = x.cluster == z.cluster;
+  if (graph_[x].component != graph_[z].component) return explanation;
+  const bool is_together = registry_.clusterOf(x) == registry_.clusterOf(z);
   explanation.verdict =
       is_together ? PairExplanation::Verdict::kTogether : PairExplanation::Verdict::kApart;
-  Replay replay(*this, x.component);
+  Replay replay(*this, graph_[x].component);
   const std::uint32_t node_a = replay.indexOf(a);
   const std::uint32_t node_b = replay.indexOf(b);
   for (; !replay.isAtEnd(); replay.advance()) {

@@ -115,6 +115,7 @@ void PrimitiveGraph::updateAdjacency() {
 void PrimitiveGraph::relink(Slot slot, const std::vector<Slot>& overlapping) {
   const std::vector<Slot> former = table_[slot].neighbours;
   std::vector<Slot> changed;
+  changed.reserve(std::max(former.size(), overlapping.size()));
   std::set_difference(former.begin(), former.end(), overlapping.begin(), overlapping.end(),
                       std::back_inserter(changed));
   for (const Slot other : changed) unlink(slot, other);

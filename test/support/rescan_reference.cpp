@@ -60,14 +60,14 @@ double computeWeight(const Eigen::VectorXd& p_z, const Eigen::MatrixXd& p_y_z, c
                  (1.0 - share) * computeEntropy(p_y_z.col(b)));
 }
 
-// By value: the matrices are copied at every merge.
+// Two full matrices at every merge, as published: the argument's copy, and the joint distribution.
 double computeInformation(const Eigen::VectorXd& p_z, Eigen::MatrixXd p_y_z) {
   const double p_y = 1.0 / static_cast<double>(p_y_z.rows());
+  const Eigen::MatrixXd joint = p_y_z * p_z.asDiagonal();
   double bits = 0.0;
-  for (Index z = 0; z < p_y_z.cols(); ++z) {
-    for (Index y = 0; y < p_y_z.rows(); ++y) {
-      const double joint = p_z[z] * p_y_z(y, z);
-      if (joint > 1e-9) bits += joint * std::log2(p_y_z(y, z) / p_y);
+  for (Index z = 0; z < joint.cols(); ++z) {
+    for (Index y = 0; y < joint.rows(); ++y) {
+      if (joint(y, z) > 1e-9) bits += joint(y, z) * std::log2(p_y_z(y, z) / p_y);
     }
   }
   return bits;

@@ -4,19 +4,26 @@ import json
 import math
 import os
 import subprocess
+import sys
 import tempfile
 import unittest
 
 import numpy as np
 import yaml
 
+CACHE = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"),
+                     "task_scene_graph")
+sys.path.append(os.environ.get("TSG_SPARK_DSG_PATH") or os.path.join(CACHE, "spark_dsg"))
 try:
     import spark_dsg
 except ImportError:
     spark_dsg = None
 
-PROGRAM = os.path.join(os.environ.get("TSG_BUILD_DIR", "build"),
-                       "devel/lib/task_scene_graph/cluster_scene_graph")
+PROGRAMS = os.path.join(os.environ.get("TSG_BUILD_DIR", "build"), "devel/lib/task_scene_graph")
+PROGRAM = os.path.join(PROGRAMS, "cluster_scene_graph")
+NETWORK = os.path.join(os.environ.get("TSG_SOURCE_DIR", "."),
+                       "test/unit/language/networks/text_encoder.onnx")
+VOCABULARY = os.path.join(CACHE, "bpe_simple_vocab_16e6.txt.gz")
 IDENTITY = {"w": 1.0, "x": 0.0, "y": 0.0, "z": 0.0}
 
 
@@ -287,11 +294,11 @@ class ClusterSceneGraph(unittest.TestCase):
         version = (1, 1, 3)
         graph = make_graph(self.make_segments(3, version), version)
 
-        def error_of(change, *options):
+        def error_of(status, change, *options):
             broken = json.loads(json.dumps(graph))
             change(broken)
             result = self.run_program(broken, *options)
-            self.assertEqual(result.returncode, 1)
+            self.assertEqual(result.returncode, status, result.stderr)
             self.assertFalse(os.path.exists(self.path("out.json")))
             return result.stderr
 
@@ -314,16 +321,17 @@ class ClusterSceneGraph(unittest.TestCase):
             (lambda g: g.pop("nodes"), ("in.json", "nodes")),
         ]
         for change, words in cases:
-            message = error_of(change)
+            message = error_of(1, change)
             for word in words:
                 self.assertIn(word, message)
         for options, words in (
-                (("--alpha", "high"), ("--alpha", "high")), (("--alpha", "1.5"), ("alpha", "1.5")),
-                (("--alpha", "nan"), ("alpha", "nan")), (("--top-k", "2.5"), ("--top-k", "2.5")),
+                (("--alpha", "high"), ("alpha", "high")), (("--alpha", "1.5"), ("alpha", "1.5")),
+                (("--alpha", "nan"), ("alpha", "nan")), (("--top-k", "2.5"), ("top_k", "2.5")),
                 (("--top-k", "0"), ("top_k", "0")), (("--delta", "-1"), ("delta", "-1")),
-                (("--prior", "flat"), ("--prior", "flat", "marginal")),
+                (("--prior", "flat"), ("prior", "flat", "marginal")),
+                (("--normaliser", "none"), ("normaliser", "none", "size_invariant")),
                 (("--nonsense", "1"), ("--nonsense",)), (("--delta",), ("--delta",))):
-            message = error_of(lambda g: None, *options)
+            message = error_of(2, lambda g: None, *options)
             for word in words:
                 self.assertIn(word, message)
 
@@ -366,18 +374,53 @@ class ClusterSceneGraph(unittest.TestCase):
             "w": math.cos(half_angle), "x": 0.0, "y": 0.0, "z": math.sin(half_angle)}
         self.assertEqual(len(self.cluster(make_graph(segments, version))[0]["clusters"]), 1)
 
-    @unittest.skipIf(spark_dsg is None, "the Python package spark_dsg is not installed")
+    @unittest.skipUnless(os.path.isfile(VOCABULARY),
+                         "CLIP's vocabulary is not here (scripts/install_vocabulary gets it)")
+    def test_tasks_without_embeddings_are_encoded(self):
+        with open(self.path("models.yaml"), "w") as f:  # only the text encoder is run
+            f.write("name: small\nembedding_size: 12\nalpha: 0.1\n" + "".join(
+                "%s: %s\n" % (key, os.path.abspath(NETWORK))
+                for key in ("segmenter", "image_encoder", "text_encoder")))
+        with open(self.path("names.yaml"), "w") as f:
+            f.write("- wash the dishes\n- fold the clothes\n")
+        encoded = subprocess.run(
+            [os.path.join(PROGRAMS, "encode_tasks"), "--models", self.path("models.yaml"),
+             "--tasks", self.path("names.yaml"), "--output", self.path("tasks.yaml")],
+            capture_output=True, text=True, timeout=60)
+        if "scripts/install_engine" in encoded.stderr:
+            self.skipTest(encoded.stderr)
+        self.assertEqual(encoded.returncode, 0, encoded.stderr)
+        with open(self.path("tasks.yaml")) as f:
+            self.tasks = np.array([t["embedding"] for t in yaml.safe_load(f)["tasks"]])
+        graph = make_graph(self.make_segments(30, (1, 1, 3)), (1, 1, 3))
+        ready, _ = self.cluster(graph, "--delta", "0.02", "--alpha", "0.1")
+        self.assert_tape(ready, cluster(graph, self.tasks, alpha=0.1, delta=0.02))
+        self.assertGreater(ready["information"], 0.1)
+        os.replace(self.path("names.yaml"), self.path("tasks.yaml"))
+        tape, _ = self.cluster(graph, "--delta", "0.02", "--models", self.path("models.yaml"))
+        self.assertEqual(tape, ready)
+
+    @unittest.skipIf(spark_dsg is None, "the Python package spark_dsg is not here "
+                     "(scripts/install_spark_dsg gets it)")
     def test_spark_dsg_reads_what_we_write(self):
+        for version in ((1, 0, 5), (1, 1, 3)):
+            graph = make_graph(self.make_segments(20, version), version)
+            tape, _ = self.cluster(graph, "--delta", "0.05")
+            loaded = spark_dsg.DynamicSceneGraph.load(self.path("out.json"))
+            objects = loaded.get_layer("OBJECTS" if version >= (1, 1, 0) else 2)
+            self.assertEqual(objects.num_nodes(), len(tape["clusters"]))
+            self.assertLess(len(tape["clusters"]), 20)
+            for index, members in enumerate(tape["clusters"]):
+                node = loaded.get_node(node_id("O", index))
+                self.assertEqual(sorted(node.children()), members)
+
+    @unittest.skipIf(spark_dsg is None, "the Python package spark_dsg is not here "
+                     "(scripts/install_spark_dsg gets it)")
+    def test_reads_what_spark_dsg_writes(self):
         version = (1, 1, 3)
         graph = make_graph(self.make_segments(20, version), version)
         tape, _ = self.cluster(graph, "--delta", "0.05")
-        loaded = spark_dsg.DynamicSceneGraph.load(self.path("out.json"))
-        self.assertEqual(loaded.get_layer("OBJECTS").num_nodes(), len(tape["clusters"]))
-        for index, members in enumerate(tape["clusters"]):
-            node = loaded.get_node(node_id("O", index))
-            self.assertEqual(sorted(node.children()), members)
-        again = self.path("in.json")
-        loaded.save(again)
+        spark_dsg.DynamicSceneGraph.load(self.path("out.json")).save(self.path("in.json"))
         self.assertEqual(self.cluster(None, "--delta", "0.05")[0], tape)
 
 

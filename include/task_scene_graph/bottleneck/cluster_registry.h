@@ -2,7 +2,7 @@
 #pragma once
 
 #include <cstdint>
-#include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "task_scene_graph/bottleneck/component_set.h"
@@ -17,6 +17,8 @@ namespace tsg::bottleneck {
 /// smallest key. So the ids follow from the sequence of changes, and no id is ever used twice.
 class ClusterRegistry {
  public:
+  static constexpr std::uint32_t kNone = ~std::uint32_t{0};
+
   struct Entry {
     std::uint64_t id = 0;  ///< 0: not in use
     ComponentIndex component = 0;
@@ -33,41 +35,49 @@ class ClusterRegistry {
   /// components that are no more, had; `is_rerun`: by component, whether all its clusters count as
   /// changed. O(primitives in `components`).
   Changes assign(const std::vector<ComponentIndex>& components, const std::vector<bool>& is_rerun,
-                 const std::vector<std::uint32_t>& former, PrimitiveGraph& graph,
+                 const std::vector<std::uint32_t>& former, const PrimitiveGraph& graph,
                  ComponentSet& component_set);
+  /// Says that the primitive in a slot is no more.
+  void forget(Slot slot);
 
   /// @throws std::out_of_range naming the id if there is no such cluster.
   const Entry& find(std::uint64_t id) const;
+  bool contains(std::uint64_t id) const { return indexOf(id) != kNone; }
   const Entry& operator[](std::uint32_t index) const { return table_[index]; }
-  std::size_t size() const { return indices_.size(); }
+  /// Entry of the cluster that holds a primitive; kNone before it was first assigned.
+  std::uint32_t clusterOf(Slot slot) const {
+    return slot < cluster_of_.size() ? cluster_of_[slot] : kNone;
+  }
+  std::size_t size() const { return table_.size() - free_.size(); }
 
  private:
   struct Groups;
   // The new cluster that holds most of a former cluster's primitives, while they are counted.
   struct Heir {
     std::uint32_t shared = 0;  // with the group being counted
-    std::uint32_t group = ~std::uint32_t{0};
+    std::uint32_t group = kNone;
     std::uint32_t most_shared = 0;
   };
 
   static Groups makeGroups(const std::vector<ComponentIndex>& components,
-                           const std::vector<bool>& is_rerun, const PrimitiveGraph& graph,
-                           const ComponentSet& component_set);
+                           const std::vector<bool>& is_rerun, const ComponentSet& component_set);
   std::vector<std::uint32_t> findHeirs(const Groups& groups, const PrimitiveGraph& graph);
-  void countShared(const Groups& groups, std::uint32_t group, const PrimitiveGraph& graph,
-                   std::vector<std::uint32_t>& seen);
+  void countShared(const Groups& groups, std::uint32_t group, std::vector<std::uint32_t>& seen);
   void claimFormer(Groups& groups, const PrimitiveGraph& graph);
   std::vector<std::uint64_t> dropUnclaimed(const std::vector<std::uint32_t>& former,
                                            const Groups& groups);
-  void nameUnclaimed(Groups& groups);
-  std::vector<std::uint64_t> commit(const Groups& groups, PrimitiveGraph& graph,
-                                    ComponentSet& component_set);
+  void nameUnclaimed(Groups& groups, const PrimitiveGraph& graph);
+  std::vector<std::uint64_t> commit(const Groups& groups, ComponentSet& component_set);
   std::uint32_t makeEntry();
+  std::uint32_t indexOf(std::uint64_t id) const;  // kNone if there is none
 
   std::vector<Entry> table_;
   std::vector<Heir> heirs_;  // beside table_
   std::vector<std::uint32_t> free_;
-  std::unordered_map<std::uint64_t, std::uint32_t> indices_;
+  std::vector<std::uint32_t> cluster_of_;  // by slot; apart from the primitives, for speed
+  std::vector<std::pair<std::uint64_t, std::uint32_t>>
+      issued_;                       // ids ascending, with their entries
+  std::size_t issued_limit_ = 1024;  // of its size, before those that are no more are dropped
   std::uint64_t next_id_ = 1;
 };
 

@@ -4,20 +4,22 @@
 #include <cstdint>
 #include <vector>
 
+// clang-format off
 /// Symbols of [Clio24, Sec. III] as this module uses them. All logarithms have base 2 (bits), and
 /// 0 log 0 = 0.
 ///
-/// | paper        | here                    | meaning |
-/// |--------------|-------------------------|------------------------------------------------------|
-/// | x, X, N      | primitive, N            | task-agnostic primitives and how many | | x~, n_i |
-/// cluster, count          | a set of primitives and how many it holds            | | y, m | task,
-/// M                 | 0 is the null task t_0, task j of the list is y = j  | | phi, theta   |
-/// scores                  | cosine of primitive and task; [alpha, phi_1..phi_m]  | | p(y given x)
-/// | relevance               | Eq. 5, sparse: only the support is stored            | | - | masses
-/// m_i(y)           | sum of p(y given x) over the cluster's primitives    | | d_ij         | d = D
-/// / N               | Eq. 2, the information that a merge loses            | | -            | D,
-/// cost                 | N d_ij = (n_i + n_j) JS, independent of N            | | delta(k)     |
-/// delta = D / (N I(X;Y))  | Eq. 3, the loss counted positive                     |
+/// | paper        | here                   | meaning                                             |
+/// | ------------ | ---------------------- | --------------------------------------------------- |
+/// | x, X, N      | primitive, N           | task-agnostic primitives, and how many              |
+/// | x~, n_i      | cluster, count         | a set of primitives, and how many it holds          |
+/// | y, m         | task, M                | 0 is the null task t_0, task j of the list is y = j |
+/// | phi, theta   | scores                 | cosine of primitive and task; [alpha, phi_1..phi_m] |
+/// | p(y given x) | relevance              | Eq. 5, sparse: only the support is stored           |
+/// |              | masses m_i(y)          | sum of p(y given x) over the cluster's primitives   |
+/// | d_ij         | d = D / N              | Eq. 2, the information that a merge loses           |
+/// |              | D, cost                | N d_ij = (n_i + n_j) JS, independent of N           |
+/// | delta(k)     | delta = D / (N I(X;Y)) | Eq. 3, the loss counted positive                    |
+// clang-format on
 namespace tsg::bottleneck {
 
 /// One entry of a sparse vector over tasks.

@@ -40,7 +40,6 @@ class PrimitiveGraph {
     std::vector<Slot> neighbours;  ///< ascending by slot
     std::uint32_t component = kNoSlot;
     std::uint32_t former_component = kNoSlot;  ///< while its component is being found anew
-    std::uint32_t cluster = kNoSlot;
     bool is_alive = false;
     bool is_box_pending = false;    ///< its overlaps are not looked up yet
     bool is_changed = true;         ///< since its component's tape was made: see FormerRun

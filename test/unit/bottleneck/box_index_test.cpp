@@ -51,6 +51,9 @@ TEST(BoxIndex, PublishedOverlaps) {
   EXPECT_EQ(index.findOverlapping(along(-1, 1)), (std::vector<std::uint32_t>{0, 1}));
   EXPECT_EQ(index.findOverlapping(along(1.2, 2.5)), (std::vector<std::uint32_t>{1, 2}));
   EXPECT_TRUE(index.findOverlapping(makeAabb({3, 3, 3}, {4, 4, 4})).empty());
+  BoxIndex cubes;
+  cubes.insert({{makeAabb({1, 1, 1}, {2, 2, 2}), 0}, {makeAabb({1, 1, 1}, {3.5, 3.5, 3.5}), 1}});
+  EXPECT_EQ(cubes.findOverlapping(makeAabb({3, 3, 3}, {4, 4, 4})), (std::vector<std::uint32_t>{1}));
 }
 
 TEST(BoxIndex, EmptyBoxesOverlapNothing) {

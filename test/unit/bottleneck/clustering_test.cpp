@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <limits>
+#include <set>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 
-#include "bottleneck_reference.h"
+#include "clustering_fixtures.h"
 #include "task_scene_graph/config/config.h"
 
 namespace tsg::bottleneck {
@@ -18,7 +20,6 @@ using test::ReferenceResult;
 using test::ReferenceScene;
 using test::SceneGenerator;
 using test::SceneOptions;
-using Partition = std::vector<std::vector<NodeKey>>;
 
 template <typename Action>
 std::string messageOf(Action action) {
@@ -28,22 +29,6 @@ std::string messageOf(Action action) {
     return e.what();
   }
   return "";
-}
-
-Partition partitionOf(IncrementalClustering& clustering) {
-  Partition partition;
-  for (const Cluster& cluster : clustering.clusters()) partition.push_back(cluster.members);
-  std::sort(partition.begin(), partition.end());
-  return partition;
-}
-
-IncrementalClustering makeClustering(const ReferenceScene& scene, const ClusteringConfig& config) {
-  IncrementalClustering clustering(config, Adjacency::kBoxOverlap);
-  clustering.setTasks(scene.tasks);
-  for (const auto& [key, primitive] : scene.primitives) {
-    clustering.insert(key, primitive.embedding, primitive.box);
-  }
-  return clustering;
 }
 
 void expectEqual(IncrementalClustering& clustering, const ReferenceResult& expected) {
@@ -147,8 +132,65 @@ TEST_P(ClusteringVariants, IncrementalEqualsBatchAtEveryMoment) {
   }
 }
 
+// One random change of the settings, or none.
+void changeSettings(SceneGenerator& generator, ReferenceScene& scene, ClusteringConfig& config,
+                    IncrementalClustering& clustering) {
+  switch (generator.uniformInt(0, 5)) {
+    case 0:
+      clustering.setDelta(config.delta = generator.uniform(0.0, 0.1));
+      break;
+    case 1:
+      clustering.setAlpha(config.alpha = generator.uniform(0.1, 0.5));
+      break;
+    case 2:
+      clustering.setTopK(config.top_k = generator.uniformInt(1, 6));
+      break;
+    case 3:
+      clustering.setTasks(scene.tasks = generator.makeTasks());
+      break;
+    case 4:
+      config.prior = config.prior == Prior::kUniform ? Prior::kMarginal : Prior::kUniform;
+      clustering.setConfig(config);
+      break;
+    default:
+      break;
+  }
+}
+
+TEST(Clustering, ChangesOfMapAndSettingsInAnyOrderGiveWhatABatchRunGives) {
+  for (std::uint32_t seed = 1; seed <= 6; ++seed) {
+    SceneGenerator generator({}, seed);
+    ReferenceScene scene;
+    scene.tasks = generator.tasks();
+    ClusteringConfig config;
+    IncrementalClustering clustering = makeClustering(scene, config);
+    for (int step = 0; step < 80; ++step) {
+      SCOPED_TRACE("seed " + std::to_string(seed) + ", step " + std::to_string(step));
+      for (int i = generator.uniformInt(0, 3); i > 0; --i) change(generator, scene, clustering);
+      changeSettings(generator, scene, config, clustering);
+      if (generator.uniformInt(0, 2) > 0) continue;  // let changes gather
+      expectEqual(clustering, test::clusterDense(scene, test::findOverlaps(scene), config));
+      if (HasFatalFailure()) return;
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Configurations, ClusteringVariants, testing::ValuesIn(makeVariants()),
                          [](const auto& variant) { return variant.param.name; });
+
+// As they are, and merge by merge to the end of the tapes: bit by bit.
+void expectSameRun(IncrementalClustering& clustering, IncrementalClustering& batch) {
+  ASSERT_EQ(partitionOf(clustering), partitionOf(batch));
+  for (IncrementalClustering* each : {&clustering, &batch}) each->setDelta(1.0);
+  const std::vector<Merge> ours = clustering.mergeSequence();
+  const std::vector<Merge> theirs = batch.mergeSequence();
+  ASSERT_EQ(ours.size(), theirs.size());
+  for (std::size_t i = 0; i < ours.size(); ++i) {
+    ASSERT_EQ(std::tie(ours[i].a, ours[i].b, ours[i].d),
+              std::tie(theirs[i].a, theirs[i].b, theirs[i].d))
+        << "merge " << i;
+  }
+}
 
 // Large enough for the engine to follow former tapes.
 TEST(Clustering, LargeComponentsChangedBitByBitEqualABatchRun) {
@@ -163,18 +205,50 @@ TEST(Clustering, LargeComponentsChangedBitByBitEqualABatchRun) {
   for (int step = 0; step < 40; ++step) {
     for (int i = generator.uniformInt(1, 4); i > 0; --i) change(generator, scene, clustering);
     IncrementalClustering batch = makeClustering(scene, config);
-    ASSERT_EQ(partitionOf(clustering), partitionOf(batch)) << "step " << step;
-    for (IncrementalClustering* each : {&clustering, &batch}) each->setDelta(1.0);
-    const std::vector<Merge> ours = clustering.mergeSequence();
-    const std::vector<Merge> theirs = batch.mergeSequence();
-    ASSERT_EQ(ours.size(), theirs.size());
-    EXPECT_GT(ours.size(), 800u);
-    for (std::size_t i = 0; i < ours.size(); ++i) {
-      ASSERT_EQ(ours[i].a, theirs[i].a) << "step " << step << ", merge " << i;
-      ASSERT_EQ(ours[i].b, theirs[i].b) << "step " << step << ", merge " << i;
-      ASSERT_EQ(ours[i].d, theirs[i].d) << "step " << step << ", merge " << i;
-    }
+    SCOPED_TRACE("step " + std::to_string(step));
+    expectSameRun(clustering, batch);
+    EXPECT_GT(batch.mergeSequence().size(), 800u);
+    if (HasFatalFailure()) return;
     clustering.setDelta(config.delta);
+  }
+}
+
+// Large enough for the engine to follow former tapes.
+TEST(Clustering, EdgesOfALargeGivenGraphChangedOneByOneEqualABatchRun) {
+  constexpr int kCount = 700;
+  SceneGenerator generator({}, 5);
+  std::vector<Embedding> embeddings;
+  std::set<test::KeyPair> edges;
+  for (int i = 0; i < kCount; ++i) {
+    embeddings.push_back(generator.makePrimitive().embedding);
+    if (i > 0) edges.emplace(std::max(0, i - generator.uniformInt(1, 20)), i);
+  }
+  const auto make = [&] {
+    IncrementalClustering clustering({}, Adjacency::kGiven);
+    clustering.setTasks(generator.tasks());
+    for (int i = 0; i < kCount; ++i) {
+      clustering.insert(static_cast<NodeKey>(i), embeddings[static_cast<std::size_t>(i)]);
+    }
+    for (const auto& [a, b] : edges) clustering.insertEdge(a, b);
+    return clustering;
+  };
+  IncrementalClustering clustering = make();
+  for (int step = 0; step < 40; ++step) {
+    const auto a = static_cast<NodeKey>(generator.uniformInt(0, kCount - 2));
+    const auto b = static_cast<NodeKey>(generator.uniformInt(static_cast<int>(a) + 1, kCount - 1));
+    const auto near =
+        std::next(edges.begin(), generator.uniformInt(0, static_cast<int>(edges.size()) - 1));
+    if (step % 3 == 0) {
+      clustering.eraseEdge(near->first, near->second);  // splits the component: a tree at first
+      edges.erase(near);
+    } else if (edges.emplace(a, b).second) {
+      clustering.insertEdge(a, b);
+    }
+    IncrementalClustering batch = make();
+    SCOPED_TRACE("step " + std::to_string(step));
+    expectSameRun(clustering, batch);
+    if (HasFatalFailure()) return;
+    clustering.setDelta(1e-5);
   }
 }
 

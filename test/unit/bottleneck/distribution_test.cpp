@@ -39,6 +39,7 @@ TEST(Distribution, PublishedEntropiesAndDivergences) {
   EXPECT_NEAR(js(Eigen::Vector2d(1, 0), Eigen::Vector2d(0, 1)), 1.0, 1e-15);
   EXPECT_EQ(js(Eigen::Vector2d(0.5, 0.5), Eigen::Vector2d(0.5, 0.5)), 0.0);
   EXPECT_EQ(js(Eigen::Vector2d(1, 0), Eigen::Vector2d(1, 0)), 0.0);
+  EXPECT_EQ(computeMergeCost({{0, 1.0}}, 1.0, {}, 0.0), 0.0);  // all weight on one column
   EXPECT_NEAR(js(Eigen::Vector3d(3, 4, 1) / 8.0, Eigen::Vector3d(2, 3, 3) / 8.0),
               0.06272109860314778, 1e-15);
 }
