@@ -37,7 +37,10 @@ inline std::int32_t supports(float neighbor, float z, float step) {
 inline std::int32_t isBetween(float a, float b, float z, float step) {
   const float low = a < b ? a : b;
   const float high = a < b ? b : a;
-  return (low > 0.0F) & (z - low > step) & (high - z > step) ? 1 : 0;
+  const std::int32_t is_valid = low > 0.0F ? 1 : 0;
+  const std::int32_t is_behind_low = z - low > step ? 1 : 0;
+  const std::int32_t is_before_high = high - z > step ? 1 : 0;
+  return is_valid & is_behind_low & is_before_high;
 }
 
 }  // namespace
@@ -57,8 +60,8 @@ TSG_VECTORIZE void rejectInRow(const Rows& rows, const Rejection& rule, int coun
                                  supports(below[i], z, step) + supports(below[i + 1], z, step);
     const std::int32_t flying =
         isBetween(here[i - 1], here[i + 1], z, step) | isBetween(above[i], below[i], z, step);
-    const bool keep = (support >= local.min_support) & ((flying & local.rejects_flying) == 0);
-    kept_m[i] = keep ? z : 0.0F;
+    const std::int32_t is_alone = support < local.min_support ? 1 : 0;
+    kept_m[i] = (is_alone | (flying & local.rejects_flying)) == 0 ? z : 0.0F;
   }
 }
 
