@@ -272,6 +272,7 @@ TEST(Tracker, MeanWeightedByDistanceFollowsTheNearerView) {
 TEST(Tracker, MeanWeightedByViewAngleFollowsTheFrontalView) {
   // A floor seen at a low angle, then the same voxels from right above.
   TrackerConfig config = configWith(-0.99, 0.05);
+  config.max_image_share = 1.0;
   config.feature_weight = FeatureWeight::kViewAngle;
   Tracker tracker{config};
   auto above = wallAt(1.0).add(0, 20, makeEmbedding({1.0F, 0.0F}));
