@@ -123,14 +123,14 @@ void BackgroundMap::keepMeshes(const std::vector<GridIndex>& readers) {
   // Neighbours that stay lose the cells that read the dropped voxels, so their mesh is kept too.
   const auto meshes = computeMeshes(readers);
   for (std::size_t i = 0; i < readers.size(); ++i) {
-    if (meshes[i]) archived_.insert_or_assign(readers[i], PackedMesh(*meshes[i]));
+    if (meshes[i]) archived_.store(readers[i], *meshes[i]);
   }
 }
 
 void BackgroundMap::parkMeshes(const std::vector<GridIndex>& readers) {
   for (const auto& block : readers) {
     const auto mesh = meshes_.find(block);
-    const bool is_known = mesh != meshes_.end() && archived_.count(block) != 0;
+    const bool is_known = mesh != meshes_.end() && archived_.contains(block);
     if (is_known && !isActive(block)) mesh->second = nullptr;
   }
 }
@@ -142,17 +142,11 @@ bool BackgroundMap::isActive(const GridIndex& block) const {
   return false;
 }
 
-std::size_t BackgroundMap::computeArchivedBytes() const {
-  std::size_t bytes = 0;
-  for (const auto& [block, mesh] : archived_) bytes += mesh.bytes();
-  return bytes;
-}
-
 std::vector<GridIndex> BackgroundMap::computeStaleBlocks() const {
   auto readers = computeReaders(dirty_);
   const auto has_surface = [&](const GridIndex& block) {
     return volume_.findBlock(block) != nullptr || meshes_.count(block) != 0 ||
-           archived_.count(block) != 0;
+           archived_.contains(block);
   };
   readers.erase(std::remove_if(readers.begin(), readers.end(),
                                [&](const GridIndex& block) { return !has_surface(block); }),
@@ -170,10 +164,9 @@ std::vector<BackgroundMap::MeshPtr> BackgroundMap::computeMeshes(
 
 BackgroundMap::MeshPtr BackgroundMap::computeMeshWithArchive(const GridIndex& block) const {
   Mesh mesh = computeBlockMesh(volume_, block, config_.mesh_min_weight);
-  const auto archived = archived_.find(block);
-  if (archived != archived_.end()) {
+  if (archived_.contains(block)) {
     const double voxel_size_m = volume_.voxelSize();
-    mesh.append(filterTriangles(archived->second.unpack(), [&](const Eigen::Vector3d& centroid_m) {
+    mesh.append(filterTriangles(archived_.load(block), [&](const Eigen::Vector3d& centroid_m) {
       const GridIndex cell = (centroid_m.array() / voxel_size_m - 0.5).floor().cast<int>().matrix();
       return !isCellKnown(cell);
     }));
@@ -195,7 +188,7 @@ MeshUpdate BackgroundMap::updateMesh() {
   const auto meshes = computeMeshes(stale);
   for (std::size_t i = 0; i < stale.size(); ++i) {
     if (meshes[i]) {
-      const bool is_parked = archived_.count(stale[i]) != 0 && !isActive(stale[i]);
+      const bool is_parked = archived_.contains(stale[i]) && !isActive(stale[i]);
       meshes_[stale[i]] = is_parked ? nullptr : meshes[i];
       update.changed.push_back({stale[i], meshes[i]});
     } else if (meshes_.erase(stale[i]) != 0) {
@@ -220,7 +213,7 @@ Mesh BackgroundMap::extractMesh() const {
   }
   Mesh all;
   for (const auto& [block, mesh] : current) {
-    all.append(mesh ? *mesh : archived_.at(block).unpack());
+    all.append(mesh ? *mesh : archived_.load(block));
   }
   return weldVertices(all);
 }

@@ -86,7 +86,7 @@ void walk(const Options& options) {
   }
   BackgroundMap background(defaults.background);
   BackgroundMap free_space(defaults.free_space);
-  std::cout << "minute,integration_ms,mesh_ms,resident_mb,blocks,archived_mesh_mb\n";
+  std::cout << "minute,integration_ms,mesh_ms,resident_mb,blocks,archive_file_mb\n";
   double integration_ms = 0.0;
   double mesh_ms = 0.0;
   int frames = 0;
@@ -109,7 +109,7 @@ void walk(const Options& options) {
     std::cout << i / options.rate_hz / 60.0 << ',' << integration_ms / frames << ','
               << mesh_ms / frames << ',' << readResidentMegabytes() << ','
               << background.volume().blocks().size() + free_space.volume().blocks().size() << ','
-              << static_cast<double>(background.computeArchivedBytes()) / 1e6 << std::endl;
+              << static_cast<double>(background.archive().fileBytes()) / 1e6 << std::endl;
     integration_ms = mesh_ms = 0.0;
     frames = 0;
   }

@@ -30,8 +30,8 @@ def main():
         time_axis.plot(run["minute"], total_ms, color=color, label=label)
         memory_axis.plot(run["minute"], run["resident_mb"], color=color, label=label)
     archived = runs[0][0]
-    memory_axis.plot(archived["minute"], archived["archived_mesh_mb"], color="tab:blue",
-                     linestyle="--", label="of it archived mesh")
+    memory_axis.plot(archived["minute"], archived["archive_file_mb"], color="tab:blue",
+                     linestyle="--", label="archived mesh, in a file")
     time_axis.set_ylabel("CPU time per frame [ms]")
     memory_axis.set_ylabel("resident memory [MB]")
     for axis in (time_axis, memory_axis):

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "task_scene_graph/core/mesh.h"
-#include "task_scene_graph/mapping/packed_mesh.h"
+#include "task_scene_graph/mapping/mesh_archive.h"
 #include "task_scene_graph/mapping/tsdf_integrator.h"
 
 namespace tsg::mapping {
@@ -32,7 +32,7 @@ struct BackgroundConfig {
     v.field("mesh_min_weight", self.mesh_min_weight, {0.0, 1e9}, "",
             "voxels of at most this weight give no surface");
     v.field("archive_blocks", self.archive_blocks, {}, "",
-            "drop the voxels of blocks far away and long unseen; their mesh stays, compressed");
+            "drop the voxels of blocks far away and long unseen; their mesh stays, in a file");
     v.field("archive_distance_m", self.archive_distance_m, {0.0, 1e6}, "m",
             "archived blocks are farther than this from the camera");
     v.field("archive_unseen_s", self.archive_unseen_s, {0.0, 1e9}, "s",
@@ -64,8 +64,8 @@ struct BackgroundCounters {
 };
 
 /// The dense map of everything the camera saw: a TSDF of the active window and a mesh of all that
-/// was ever there. What is archived stays as a compressed mesh, about 12 bytes per vertex. Not
-/// thread-safe; meshes once handed out never change.
+/// was ever there. The mesh of what is archived goes to a temporary file. Not thread-safe; meshes
+/// once handed out never change.
 class BackgroundMap {
  public:
   /// @throws config::ConfigError as TsdfIntegrator does, or if a value is out of range.
@@ -74,8 +74,7 @@ class BackgroundMap {
   const BackgroundConfig& config() const { return config_; }
   const BackgroundCounters& counters() const { return counters_; }
   const TsdfVolume& volume() const { return volume_; }
-  /// Of the compressed meshes of archived blocks. O(archived blocks).
-  std::size_t computeArchivedBytes() const;
+  const MeshArchive& archive() const { return archived_; }
 
   /// Integrates a frame, then archives (checked once a second). Time goes by stamps only; the clock
   /// of archiving never goes back. @throws std::invalid_argument as TsdfIntegrator::integrate().
@@ -123,7 +122,7 @@ class BackgroundMap {
   /// As last reported, none is empty; null where that is what archived_ holds.
   MeshMap meshes_;
   /// Shown in cells that are not fully observed; none is empty.
-  std::unordered_map<GridIndex, PackedMesh, GridIndexHash> archived_;
+  MeshArchive archived_;
 };
 
 }  // namespace tsg::mapping
