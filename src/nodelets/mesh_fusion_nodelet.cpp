@@ -10,6 +10,7 @@
 #include <pluginlib/class_list_macros.hpp>
 
 #include "mesh_fusion_config.h"
+#include "mesh_fusion_report.h"
 #include "stage_nodelet.h"
 #include "task_scene_graph/mapping/ply.h"
 #include "task_scene_graph/pipeline/background_fusion.h"
@@ -62,7 +63,6 @@ class MeshFusionNodelet : public StageNodelet {
 
   void processBackground(const BackgroundJob& job);
   void processObjects(const ObjectJob& job);
-  void reportObjects();
   void publishPrimitives(const std::vector<ObjectPrimitivePtr>& primitives, Stamp stamp);
   void publishMesh(Stamp stamp, bool force);
   void publishPlaces(Stamp stamp, bool force);
@@ -223,6 +223,7 @@ void MeshFusionNodelet::processBackground(const BackgroundJob& job) {
     newest_frame_ = job.frame->stamp;
     publishMesh(newest_frame_, false);
     publishPlaces(newest_frame_, false);
+    reportBackground(*background_, report());
   } catch (const std::exception& e) {
     report().countDropped("error", std::string("dropped a frame: ") + e.what());
   }
@@ -238,19 +239,10 @@ void MeshFusionNodelet::processObjects(const ObjectJob& job) {
       objects_->submitTracks(tracked);
     }
     publishPrimitives(objects_->takePrimitives(job.waits), newest_tracks_);
-    reportObjects();
+    reportObjects(*objects_, report());
   } catch (const std::exception& e) {
     report().countDropped("object error", std::string("dropped tracks: ") + e.what());
   }
-}
-
-void MeshFusionNodelet::reportObjects() {
-  for (const auto& [reason, count] : objects_->rejections()) {
-    report().set("tracks without an object: " + reason, std::to_string(count));
-  }
-  report().set("tracks that wait for reconstruction", std::to_string(objects_->numPending()));
-  report().set("frames evicted from the full frame buffer",
-               std::to_string(objects_->frames().counters().evicted));
 }
 
 void MeshFusionNodelet::publishPrimitives(const std::vector<ObjectPrimitivePtr>& primitives,
