@@ -16,7 +16,8 @@ const ObjectFusionConfig& requireValid(const ObjectFusionConfig& config) {
 ObjectFusion::ObjectFusion(const ObjectFusionConfig& config)
     : frames_(requireValid(config).frame_buffer),
       reconstructor_(config.reconstruction),
-      pool_(reconstructor_, config.num_threads, static_cast<std::size_t>(config.max_pending)) {}
+      pool_(reconstructor_, config.object_threads,
+            static_cast<std::size_t>(config.max_pending_tracks)) {}
 
 void ObjectFusion::addFrame(const RgbdFramePtr& frame, const SegmentationPtr& segmentation) {
   frames_.add(frame, segmentation);

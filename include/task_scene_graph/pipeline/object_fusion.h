@@ -17,16 +17,16 @@ namespace tsg::pipeline {
 struct ObjectFusionConfig {
   mapping::FrameBufferConfig frame_buffer;
   mapping::ObjectConfig reconstruction;
-  int num_threads = 2;
-  int max_pending = 256;
+  int object_threads = 2;
+  int max_pending_tracks = 256;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor& v) {
     v.group("frame_buffer", self.frame_buffer);
     v.group("reconstruction", self.reconstruction);
-    v.field("num_threads", self.num_threads, {1, 64}, "",
+    v.field("object_threads", self.object_threads, {1, 64}, "",
             "threads that reconstruct objects, besides those of depth integration");
-    v.field("max_pending", self.max_pending, {1, 100000}, "tracks",
+    v.field("max_pending_tracks", self.max_pending_tracks, {1, 100000}, "tracks",
             "ended tracks that wait for reconstruction; beyond it, segmented frames wait");
   }
 };
@@ -42,7 +42,7 @@ class ObjectFusion {
   void addFrame(const RgbdFramePtr& frame, const SegmentationPtr& segmentation);
 
   /// Begins to reconstruct the tracks that have ended, on threads of its own, and lets go of the
-  /// frames that no live track needs. Returns at once unless `max_pending` tracks wait.
+  /// frames that no live track needs. Returns at once unless `max_pending_tracks` wait.
   void submitTracks(const TrackedFrame& tracked);
 
   /// The primitives that are done since the last call; ids ascend in the order of submission, those

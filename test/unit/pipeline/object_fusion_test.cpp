@@ -61,7 +61,7 @@ TEST(ObjectFusion, EndedTracksBecomePrimitivesInTheirOrder) {
   std::vector<ObjectPrimitivePtr> before;
   for (const int threads : {1, 3}) {
     ObjectFusionConfig config;
-    config.num_threads = threads;
+    config.object_threads = threads;
     ObjectFusion fusion(config);
     show(walk, fusion);
     EXPECT_EQ(fusion.frames().counters().frames, static_cast<std::size_t>(kViews));
@@ -94,7 +94,7 @@ TEST(ObjectFusion, SubmittedTracksOutliveTheirFramesInTheBuffer) {
 
 TEST(ObjectFusion, BadConfigurationIsRejected) {
   ObjectFusionConfig config;
-  config.max_pending = 0;
+  config.max_pending_tracks = 0;
   EXPECT_THROW(ObjectFusion fusion(config), config::ConfigError);
 }
 
