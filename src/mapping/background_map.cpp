@@ -81,9 +81,18 @@ void BackgroundMap::countFrame(const RgbdFrame& frame, IntegrationStatus status)
   const bool is_first = counters_.frames_integrated + counters_.frames_without_depth == 0;
   if (!is_first && frame.stamp == newest_) ++counters_.frames_repeated;
   if (!is_first && frame.stamp < newest_) ++counters_.frames_back_in_time;
+  if (status == IntegrationStatus::kIntegrated) countJump(frame);
   newest_ = is_first ? frame.stamp : std::max(newest_, frame.stamp);
   ++(status == IntegrationStatus::kIntegrated ? counters_.frames_integrated
                                               : counters_.frames_without_depth);
+}
+
+void BackgroundMap::countJump(const RgbdFrame& frame) {
+  const Eigen::Vector3d position_m = frame.T_world_camera.translation();
+  const bool has_jumped =
+      last_position_m_ && (position_m - *last_position_m_).norm() > config_.pose_jump_m;
+  counters_.pose_jumps += has_jumped ? 1 : 0;
+  last_position_m_ = position_m;
 }
 
 std::vector<GridIndex> BackgroundMap::findBlocksToArchive(const Eigen::Vector3d& camera_m) const {
@@ -99,29 +108,45 @@ std::vector<GridIndex> BackgroundMap::findBlocksToArchive(const Eigen::Vector3d&
 }
 
 void BackgroundMap::archive(const std::vector<GridIndex>& blocks) {
-  if (config_.with_mesh) keepMeshes(blocks);
+  const auto readers = config_.with_mesh ? computeReaders(blocks) : std::vector<GridIndex>{};
+  keepMeshes(readers);
   for (const auto& block : blocks) {
     if (volume_.findBlock(block) == nullptr) continue;
     volume_.removeBlock(block);
     last_seen_.erase(block);
     ++counters_.blocks_archived;
   }
+  parkMeshes(readers);
 }
 
-void BackgroundMap::keepMeshes(const std::vector<GridIndex>& blocks) {
+void BackgroundMap::keepMeshes(const std::vector<GridIndex>& readers) {
   // Neighbours that stay lose the cells that read the dropped voxels, so their mesh is kept too.
-  const auto readers = computeReaders(blocks);
   const auto meshes = computeMeshes(readers);
   for (std::size_t i = 0; i < readers.size(); ++i) {
-    if (meshes[i]) archived_[readers[i]] = meshes[i];
+    if (meshes[i]) archived_.store(readers[i], *meshes[i]);
   }
+}
+
+void BackgroundMap::parkMeshes(const std::vector<GridIndex>& readers) {
+  for (const auto& block : readers) {
+    const auto mesh = meshes_.find(block);
+    const bool is_known = mesh != meshes_.end() && archived_.contains(block);
+    if (is_known && !isActive(block)) mesh->second = nullptr;
+  }
+}
+
+bool BackgroundMap::isActive(const GridIndex& block) const {
+  for (int i = 0; i < 8; ++i) {
+    if (volume_.findBlock(block + cornerStep(i)) != nullptr) return true;
+  }
+  return false;
 }
 
 std::vector<GridIndex> BackgroundMap::computeStaleBlocks() const {
   auto readers = computeReaders(dirty_);
   const auto has_surface = [&](const GridIndex& block) {
     return volume_.findBlock(block) != nullptr || meshes_.count(block) != 0 ||
-           archived_.count(block) != 0;
+           archived_.contains(block);
   };
   readers.erase(std::remove_if(readers.begin(), readers.end(),
                                [&](const GridIndex& block) { return !has_surface(block); }),
@@ -139,10 +164,9 @@ std::vector<BackgroundMap::MeshPtr> BackgroundMap::computeMeshes(
 
 BackgroundMap::MeshPtr BackgroundMap::computeMeshWithArchive(const GridIndex& block) const {
   Mesh mesh = computeBlockMesh(volume_, block, config_.mesh_min_weight);
-  const auto archived = archived_.find(block);
-  if (archived != archived_.end()) {
+  if (archived_.contains(block)) {
     const double voxel_size_m = volume_.voxelSize();
-    mesh.append(filterTriangles(*archived->second, [&](const Eigen::Vector3d& centroid_m) {
+    mesh.append(filterTriangles(archived_.load(block), [&](const Eigen::Vector3d& centroid_m) {
       const GridIndex cell = (centroid_m.array() / voxel_size_m - 0.5).floor().cast<int>().matrix();
       return !isCellKnown(cell);
     }));
@@ -164,7 +188,8 @@ MeshUpdate BackgroundMap::updateMesh() {
   const auto meshes = computeMeshes(stale);
   for (std::size_t i = 0; i < stale.size(); ++i) {
     if (meshes[i]) {
-      meshes_[stale[i]] = meshes[i];
+      const bool is_parked = archived_.contains(stale[i]) && !isActive(stale[i]);
+      meshes_[stale[i]] = is_parked ? nullptr : meshes[i];
       update.changed.push_back({stale[i], meshes[i]});
     } else if (meshes_.erase(stale[i]) != 0) {
       update.removed.push_back(stale[i]);
@@ -176,13 +201,19 @@ MeshUpdate BackgroundMap::updateMesh() {
 }
 
 Mesh BackgroundMap::extractMesh() const {
+  std::map<GridIndex, MeshPtr, Before> current(meshes_.begin(), meshes_.end());
   const auto stale = computeStaleBlocks();
   const auto fresh = computeMeshes(stale);
-  std::map<GridIndex, MeshPtr, Before> current(meshes_.begin(), meshes_.end());
-  for (std::size_t i = 0; i < stale.size(); ++i) current[stale[i]] = fresh[i];
+  for (std::size_t i = 0; i < stale.size(); ++i) {
+    if (fresh[i]) {
+      current[stale[i]] = fresh[i];
+    } else {
+      current.erase(stale[i]);
+    }
+  }
   Mesh all;
   for (const auto& [block, mesh] : current) {
-    if (mesh) all.append(*mesh);
+    all.append(mesh ? *mesh : archived_.load(block));
   }
   return weldVertices(all);
 }

@@ -7,9 +7,13 @@
 #include "object_volume.h"
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/mapping/marching_cubes.h"
+#include "thumbnail.h"
 
 namespace tsg::mapping {
 namespace {
+
+// Wide enough for the filters' windows and the truncation of any object of usual size.
+constexpr double kFilterMargin_m = 0.25;
 
 void requireFrames(const Track& track, const std::vector<SegmentedFrame>& frames) {
   if (frames.size() == track.observations.size()) return;
@@ -42,16 +46,41 @@ std::vector<ObjectView> makeViews(const Track& track, const std::vector<Segmente
   return views;
 }
 
-ObjectPrimitivePtr makePrimitive(const Track& track, PrimitiveId id, Mesh mesh, const Aabb& box) {
+ColorImage makeBestThumbnail(const Track& track, const std::vector<SegmentedFrame>& frames,
+                             int max_side_px) {
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const bool is_best = track.observations[i].stamp == track.views.best.stamp &&
+                         track.observations[i].segment == track.views.best.segment;
+    if (is_best) return makeThumbnail(frames[i], track.views.best.segment, max_side_px);
+  }
+  return {};
+}
+
+/// Cuts the views to the object, drops doubtful depth and returns the extent of what is left.
+Aabb prepareViews(const ObjectConfig& config, std::vector<ObjectView>& views) {
+  const Aabb unfiltered = computeExtent(config, views);
+  if (unfiltered.isEmpty() || config.depth_filter.isOff()) return unfiltered;
+  DepthFilter filter(config.depth_filter);
+  for (auto& view : views) {
+    view.cropTo(unfiltered, kFilterMargin_m);
+    view.frame.depth = filter.apply(view.frame.depth, view.frame.camera);
+  }
+  return computeExtent(config, views);
+}
+
+std::shared_ptr<ObjectPrimitive> makePrimitive(const Track& track, PrimitiveId id, Mesh mesh,
+                                               const Aabb& box) {
   auto primitive = std::make_shared<ObjectPrimitive>();
   primitive->id = id;
   primitive->track = track.id;
   primitive->mesh = std::move(mesh);
   primitive->box = box;
+  primitive->oriented_box = computeOrientedBox(primitive->mesh.vertices);
   primitive->embedding = track.embedding;
   primitive->first_seen = track.first_seen;
   primitive->last_seen = track.last_seen;
   primitive->num_observations = static_cast<std::uint32_t>(track.observations.size());
+  primitive->views = track.views;
   return primitive;
 }
 
@@ -73,6 +102,8 @@ const char* toString(ReconstructionStatus status) {
       return "too large";
     case ReconstructionStatus::kEmptyMesh:
       return "empty mesh";
+    case ReconstructionStatus::kBadFrames:
+      return "bad frames";
   }
   return "unknown";
 }
@@ -101,7 +132,7 @@ ReconstructionResult ObjectReconstructor::reconstruct(const Track& track,
   }
   auto views = makeViews(track, frames, static_cast<std::size_t>(config_.max_frames));
   if (views.empty()) return {ReconstructionStatus::kNoFrames, nullptr};
-  const Aabb extent = computeExtent(config_, views);
+  const Aabb extent = prepareViews(config_, views);
   if (extent.isEmpty()) return {ReconstructionStatus::kNoDepth, nullptr};
 
   const double voxel_size_m =
@@ -117,7 +148,9 @@ ReconstructionResult ObjectReconstructor::reconstruct(const Track& track,
   const Aabb box = mesh.computeBounds();
   if (computeVolume(box) < config_.min_volume_m3) return {ReconstructionStatus::kTooSmall, nullptr};
   if (computeVolume(box) > config_.max_volume_m3) return {ReconstructionStatus::kTooLarge, nullptr};
-  return {ReconstructionStatus::kReconstructed, makePrimitive(track, id, std::move(mesh), box)};
+  auto primitive = makePrimitive(track, id, std::move(mesh), box);
+  primitive->thumbnail = makeBestThumbnail(track, frames, config_.thumbnail_px);
+  return {ReconstructionStatus::kReconstructed, std::move(primitive)};
 }
 
 }  // namespace tsg::mapping

@@ -10,7 +10,25 @@
 namespace tsg::mapping {
 namespace {
 
-/// Rectangle of the pixels with this label; empty if there is none.
+/// Grows `extent` by the object's points in this view. Returns how many there are.
+int addPoints(const ObjectConfig& config, const ObjectView& view, Aabb& extent) {
+  const cv::Rect rect = findLabel(view.labels, view.segment);
+  int count = 0;
+  for (int v = rect.y; v < rect.y + rect.height; ++v) {
+    const auto* labels = view.labels.ptr<std::uint16_t>(v);
+    for (int u = rect.x; u < rect.x + rect.width; ++u) {
+      if (labels[u] != view.segment) continue;
+      const double z_m = view.frame.depth.at(u, v);
+      if (z_m <= 0.0 || z_m < config.min_range_m || z_m > config.max_range_m) continue;
+      extent.extend(view.frame.T_world_camera * view.frame.camera.unproject(u, v, z_m));
+      ++count;
+    }
+  }
+  return count;
+}
+
+}  // namespace
+
 cv::Rect findLabel(const cv::Mat& labels, std::uint16_t segment) {
   int u_min = labels.cols;
   int u_max = -1;
@@ -30,25 +48,6 @@ cv::Rect findLabel(const cv::Mat& labels, std::uint16_t segment) {
   }
   return u_max < 0 ? cv::Rect() : cv::Rect(u_min, v_min, u_max - u_min + 1, v_max - v_min + 1);
 }
-
-/// Grows `extent` by the object's points in this view. Returns how many there are.
-int addPoints(const ObjectConfig& config, const ObjectView& view, Aabb& extent) {
-  const cv::Rect rect = findLabel(view.labels, view.segment);
-  int count = 0;
-  for (int v = rect.y; v < rect.y + rect.height; ++v) {
-    const auto* labels = view.labels.ptr<std::uint16_t>(v);
-    for (int u = rect.x; u < rect.x + rect.width; ++u) {
-      if (labels[u] != view.segment) continue;
-      const double z_m = view.frame.depth.at(u, v);
-      if (z_m <= 0.0 || z_m < config.min_range_m || z_m > config.max_range_m) continue;
-      extent.extend(view.frame.T_world_camera * view.frame.camera.unproject(u, v, z_m));
-      ++count;
-    }
-  }
-  return count;
-}
-
-}  // namespace
 
 ObjectView::ObjectView(const RgbdFrame& frame_in, const cv::Mat& labels_in,
                        std::uint16_t segment_in)

@@ -10,6 +10,9 @@
 
 namespace tsg::mapping {
 
+/// Rectangle of the pixels with this label; empty if there is none.
+cv::Rect findLabel(const cv::Mat& labels, std::uint16_t segment);
+
 /// One frame in which an object was seen, cut down to the object's surroundings. Shares the images.
 struct ObjectView {
   /// @throws std::invalid_argument if the label image has another size or type than expected.

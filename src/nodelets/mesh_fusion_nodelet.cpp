@@ -10,6 +10,7 @@
 #include <pluginlib/class_list_macros.hpp>
 
 #include "mesh_fusion_config.h"
+#include "mesh_fusion_report.h"
 #include "stage_nodelet.h"
 #include "task_scene_graph/mapping/ply.h"
 #include "task_scene_graph/pipeline/background_fusion.h"
@@ -26,7 +27,8 @@
 namespace tsg::nodelets {
 
 /// Every frame -> mesh and places; segmented frames and tracks -> object primitives. Depth
-/// integration and object reconstruction have a thread each, so that neither waits for the other.
+/// integration has a thread, segmented frames have one, and objects are reconstructed on a pool of
+/// lower priority: none waits for another.
 class MeshFusionNodelet : public StageNodelet {
  public:
   ~MeshFusionNodelet() override;
@@ -35,10 +37,11 @@ class MeshFusionNodelet : public StageNodelet {
   using Match = ros_interface::FrameMatcher::Match;
   /// A frame to integrate, or, with a segmentation, a view for the places.
   using BackgroundJob = Match;
-  /// A segmented frame, or what the tracker said of one.
+  /// A segmented frame, or what the tracker said of one, or neither: a look at what is done.
   struct ObjectJob {
     Match match;
     msg::TracksConstPtr tracks;
+    bool waits = false;  ///< until all is reconstructed
   };
   struct HeldTracks {
     msg::TracksConstPtr message;
@@ -74,7 +77,8 @@ class MeshFusionNodelet : public StageNodelet {
   std::unique_ptr<ros_interface::MeshMarkers> markers_;
   std::optional<Stamp> last_mesh_;
   Stamp newest_frame_;
-  std::unique_ptr<pipeline::ObjectFusion> objects_;  ///< the object worker's own
+  std::unique_ptr<pipeline::ObjectFusion> objects_;  ///< the object worker's own, as the next
+  Stamp newest_tracks_;
   std::mutex primitives_mutex_;
   std::vector<ObjectPrimitivePtr> primitives_;
   Stamp primitives_stamp_;
@@ -190,7 +194,7 @@ void MeshFusionNodelet::enqueueMatch(std::optional<Match> match) {
     const std::lock_guard<std::mutex> lock(tracks_mutex_);
     newest_match_ = match->frame->stamp;
     report().countDropped("object queue full", "",
-                          object_worker_->push({std::move(*match), nullptr}));
+                          object_worker_->push({std::move(*match), nullptr, false}));
   }
   releaseTracks(false);
 }
@@ -201,7 +205,7 @@ void MeshFusionNodelet::releaseTracks(bool all) {
     const auto& message = held_tracks_.front().message;
     const bool is_due = ros_interface::toStamp(message->header.stamp) <= newest_match_;
     if (!all && !is_due) return;
-    report().countDropped("object queue full", "", object_worker_->push({{}, message}));
+    report().countDropped("object queue full", "", object_worker_->push({{}, message, false}));
     held_tracks_.pop_front();
   }
 }
@@ -219,6 +223,7 @@ void MeshFusionNodelet::processBackground(const BackgroundJob& job) {
     newest_frame_ = job.frame->stamp;
     publishMesh(newest_frame_, false);
     publishPlaces(newest_frame_, false);
+    reportBackground(*background_, report());
   } catch (const std::exception& e) {
     report().countDropped("error", std::string("dropped a frame: ") + e.what());
   }
@@ -226,15 +231,15 @@ void MeshFusionNodelet::processBackground(const BackgroundJob& job) {
 
 void MeshFusionNodelet::processObjects(const ObjectJob& job) {
   try {
-    if (job.tracks == nullptr) {
+    if (job.match.frame != nullptr) {
       objects_->addFrame(job.match.frame, job.match.segmentation);
-      return;
+    } else if (job.tracks != nullptr) {
+      const TrackedFrame tracked = ros_interface::fromMessage(*job.tracks);
+      newest_tracks_ = tracked.stamp;
+      objects_->submitTracks(tracked);
     }
-    const TrackedFrame tracked = ros_interface::fromMessage(*job.tracks);
-    publishPrimitives(objects_->addTracks(tracked), tracked.stamp);
-    for (const auto& [reason, count] : objects_->rejections()) {
-      report().set("tracks without an object: " + reason, std::to_string(count));
-    }
+    publishPrimitives(objects_->takePrimitives(job.waits), newest_tracks_);
+    reportObjects(*objects_, report());
   } catch (const std::exception& e) {
     report().countDropped("object error", std::string("dropped tracks: ") + e.what());
   }
@@ -286,7 +291,7 @@ void MeshFusionNodelet::check() {
   watch_->check();
   report().set("frames that wait for a segmentation", std::to_string(matcher_->numFrames()));
   report().set("frames that wait for integration", std::to_string(background_worker_->size()));
-  report().set("messages that wait for reconstruction", std::to_string(object_worker_->size()));
+  report().set("messages that wait for the object thread", std::to_string(object_worker_->size()));
   const std::chrono::duration<double> patience(config_.input.tf_timeout_s + 1.0);
   bool is_overdue = false;
   {
@@ -294,7 +299,8 @@ void MeshFusionNodelet::check() {
     is_overdue = !held_tracks_.empty() &&
                  std::chrono::steady_clock::now() - held_tracks_.front().arrival > patience;
   }
-  if (is_overdue) releaseTracks(true);  // their frame was dropped
+  if (is_overdue) releaseTracks(true);                        // their frame was dropped
+  if (object_worker_->size() == 0) object_worker_->push({});  // publishes what was done meanwhile
 }
 
 msg::FinishResponse MeshFusionNodelet::finish(const msg::FinishRequest& request,
@@ -303,6 +309,7 @@ msg::FinishResponse MeshFusionNodelet::finish(const msg::FinishRequest& request,
   const bool has_all =
       arrivals_.wait(request.last_id, ros_interface::toStamp(request.stamp), deadline);
   releaseTracks(true);
+  report().countDropped("object queue full", "", object_worker_->push({{}, nullptr, true}));
   const bool is_done = background_worker_->waitIdle(deadline) && object_worker_->waitIdle(deadline);
   response.success = has_all && is_done;
   response.message = response.success ? "all is reconstructed"

@@ -18,15 +18,19 @@ mapping::BackgroundConfig BackgroundFusionConfig::makeFreeSpaceDefaults() {
 
 BackgroundFusion::BackgroundFusion(const BackgroundFusionConfig& config)
     : config_(config),
+      depth_filter_(config.depth_filter),
       background_(config.background),
       free_space_(config.free_space),
       places_(config.places) {}
 
 mapping::IntegrationResult BackgroundFusion::integrate(const RgbdFrame& frame) {
-  const mapping::IntegrationResult carved = free_space_.integrate(frame);
+  frame.validate();
+  RgbdFrame filtered = frame;
+  filtered.depth = depth_filter_.apply(frame.depth, frame.camera);
+  const mapping::IntegrationResult carved = free_space_.integrate(filtered);
   changed_blocks_.insert(changed_blocks_.end(), carved.changed_blocks.begin(),
                          carved.changed_blocks.end());
-  return background_.integrate(frame);
+  return background_.integrate(filtered);
 }
 
 void BackgroundFusion::addView(const RgbdFrame& frame, const Embedding& image_embedding) {

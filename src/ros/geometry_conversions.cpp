@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "task_scene_graph/ros/geometry_conversions.h"
 
+#include <cmath>
 #include <limits>
 #include <sstream>
 #include <stdexcept>
@@ -78,6 +79,24 @@ msg::BoundingBox toBoundingBox(const Aabb& box) {
   message.size.y = box.sizes().y();
   message.size.z = box.sizes().z();
   return message;
+}
+
+msg::BoundingBox toBoundingBox(const OrientedBox& box) {
+  msg::BoundingBox message;
+  message.pose.position = toPoint(box.center_m);
+  message.pose.orientation.z = std::sin(0.5 * box.yaw_rad);
+  message.pose.orientation.w = std::cos(0.5 * box.yaw_rad);
+  message.size.x = box.size_m.x();
+  message.size.y = box.size_m.y();
+  message.size.z = box.size_m.z();
+  return message;
+}
+
+OrientedBox toOrientedBox(const msg::BoundingBox& box) {
+  const auto& turn = box.pose.orientation;
+  return {toVector(box.pose.position),
+          {box.size.x, box.size.y, box.size.z},
+          2.0 * std::atan2(turn.z, turn.w)};
 }
 
 Aabb toAabb(const msg::BoundingBox& box) {

@@ -10,12 +10,43 @@
 namespace tsg::ros_interface {
 namespace {
 
+/// Track and ObjectPrimitive carry the same fields.
+template <typename Message>
+ViewStatistics toViews(const Message& message) {
+  return {{toStamp(message.best_view.stamp), message.best_view.segment},
+          message.best_view_pixels,
+          message.mean_distance,
+          message.min_distance,
+          message.view_spread};
+}
+
+template <typename Message>
+void copyViews(const ViewStatistics& views, Message& message) {
+  message.best_view.stamp = toRosTime(views.best.stamp);
+  message.best_view.segment = views.best.segment;
+  message.best_view_pixels = views.best_pixels;
+  message.mean_distance = static_cast<float>(views.mean_distance_m);
+  message.min_distance = static_cast<float>(views.min_distance_m);
+  message.view_spread = static_cast<float>(views.spread_rad);
+}
+
+ColorImage toThumbnail(const sensor_msgs::Image& message) {
+  if (message.data.empty()) return {};
+  return toColorImage(boost::make_shared<const sensor_msgs::Image>(message), "thumbnail");
+}
+
+sensor_msgs::Image toThumbnailMessage(const ColorImage& thumbnail) {
+  if (thumbnail.image.empty()) return {};
+  return *toImageMessage(thumbnail.image, "rgb8", thumbnail.stamp, "");
+}
+
 Track toTrack(const msg::Track& message) {
   Track track{{message.id},
               toStamp(message.first_seen),
               toStamp(message.last_seen),
               toEmbedding(message.embedding),
-              {}};
+              {},
+              toViews(message)};
   for (const auto& observation : message.observations) {
     track.observations.push_back({toStamp(observation.stamp), observation.segment});
   }
@@ -34,6 +65,7 @@ msg::Track toTrackMessage(const Track& track) {
     entry.segment = observation.segment;
     message.observations.push_back(entry);
   }
+  copyViews(track.views, message);
   return message;
 }
 
@@ -111,10 +143,13 @@ ObjectPrimitivePtr fromMessage(const msg::ObjectPrimitive& message) {
   primitive->track = {message.track_id};
   primitive->mesh = fromMessage(message.mesh);
   primitive->box = toAabb(message.box);
+  primitive->oriented_box = toOrientedBox(message.oriented_box);
   primitive->embedding = toEmbedding(message.embedding);
   primitive->first_seen = toStamp(message.first_seen);
   primitive->last_seen = toStamp(message.last_seen);
   primitive->num_observations = message.num_observations;
+  primitive->views = toViews(message);
+  primitive->thumbnail = toThumbnail(message.thumbnail);
   return primitive;
 }
 
@@ -124,10 +159,13 @@ msg::ObjectPrimitive toMessage(const ObjectPrimitive& primitive) {
   message.track_id = primitive.track.value;
   message.mesh = toMessage(primitive.mesh);
   message.box = toBoundingBox(primitive.box);
+  message.oriented_box = toBoundingBox(primitive.oriented_box);
   message.embedding = toFloats(primitive.embedding);
   message.first_seen = toRosTime(primitive.first_seen);
   message.last_seen = toRosTime(primitive.last_seen);
   message.num_observations = primitive.num_observations;
+  copyViews(primitive.views, message);
+  message.thumbnail = toThumbnailMessage(primitive.thumbnail);
   return message;
 }
 

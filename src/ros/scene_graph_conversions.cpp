@@ -30,6 +30,7 @@ msg::SceneObject toObjectMessage(const scene_graph::SceneObject& object, bool wi
   message.task_index = object.task_index;
   message.score = static_cast<float>(object.score);
   message.box = toBoundingBox(object.box);
+  message.oriented_box = toBoundingBox(object.oriented_box);
   message.position = toPoint(object.position_m);
   message.primitives = toValues(object.primitives);
   if (with_embeddings) message.embedding = toFloats(object.embedding);
@@ -46,6 +47,7 @@ scene_graph::SceneObject toObject(const msg::SceneObject& message) {
   object.task_index = message.task_index;
   object.score = message.score;
   object.box = toAabb(message.box);
+  object.oriented_box = toOrientedBox(message.oriented_box);
   object.position_m = toVector(message.position);
   object.primitives = toIds<PrimitiveId>(message.primitives);
   object.embedding = toEmbedding(message.embedding);

@@ -18,6 +18,10 @@ std::string describe(const ObjectPrimitive& primitive) {
   return "primitive " + std::to_string(primitive.id.value);
 }
 
+OrientedBox findOrientedBox(const ObjectPrimitive& primitive) {
+  return primitive.oriented_box.isEmpty() ? toOrientedBox(primitive.box) : primitive.oriented_box;
+}
+
 bool isUsableBox(const Aabb& box) {
   return !box.isEmpty() && box.min().allFinite() && box.max().allFinite();
 }
@@ -124,6 +128,7 @@ void ObjectLayer::updateObject(const bottleneck::Cluster& cluster) {
 SceneObject ObjectLayer::makeObject(const std::vector<std::uint64_t>& members) const {
   SceneObject object;
   EmbeddingMean mean;
+  std::vector<Eigen::Vector3f> corners_m;
   const ObjectPrimitive& first = *primitives_.at(members.front());
   object.first_seen = first.first_seen;
   object.last_seen = first.last_seen;
@@ -131,11 +136,14 @@ SceneObject ObjectLayer::makeObject(const std::vector<std::uint64_t>& members) c
     const ObjectPrimitive& primitive = *primitives_.at(key);
     object.primitives.push_back(primitive.id);
     object.box.extend(primitive.box);
+    const auto box_corners_m = findOrientedBox(primitive).corners();
+    corners_m.insert(corners_m.end(), box_corners_m.begin(), box_corners_m.end());
     object.position_m += primitive.box.center() / static_cast<double>(members.size());
     object.first_seen = std::min(object.first_seen, primitive.first_seen);
     object.last_seen = std::max(object.last_seen, primitive.last_seen);
     mean.add(primitive.embedding);
   }
+  object.oriented_box = computeOrientedBox(corners_m);
   object.embedding = mean.mean();
   const TaskScore best = findBestTask(object.embedding, scorer_);
   object.task_index = best.task_index;

@@ -42,6 +42,12 @@ Json toJson(const Aabb& box) {
           {"world_R_center", makeIdentity()}};
 }
 
+/// For the metadata: that library's own box of a node stays the axis-aligned one.
+Json toJson(const OrientedBox& box) {
+  return {
+      {"center_m", toJson(box.center_m)}, {"size_m", toJson(box.size_m)}, {"yaw_rad", box.yaw_rad}};
+}
+
 /// A column vector.
 Json toJson(const Embedding& embedding) {
   return {{"rows", embedding.size()},
@@ -156,7 +162,8 @@ class Writer {
     Json attributes = makeSolid(primitive.box.center(), primitive.embedding, primitive.box,
                                 primitive.first_seen, primitive.last_seen);
     attributes["metadata"] = {{"track", primitive.track.value},
-                              {"num_observations", primitive.num_observations}};
+                              {"num_observations", primitive.num_observations},
+                              {"oriented_box", toJson(primitive.oriented_box)}};
     if (options_.meshes) attributes["mesh"] = toJson(primitive.mesh, primitive.box.center());
     return makeNode(toNodeId(primitive.id), kSegments, attributes);
   }
@@ -166,7 +173,8 @@ class Writer {
                                 object.last_seen);
     attributes["name"] = object.task;
     attributes["semantic_label"] = object.task_index;
-    attributes["metadata"] = {{"score", object.score}};
+    attributes["metadata"] = {{"score", object.score},
+                              {"oriented_box", toJson(object.oriented_box)}};
     for (const PrimitiveId id : object.primitives) {
       attributes["metadata"]["primitives"].push_back(id.value);
     }

@@ -17,6 +17,12 @@ double round4(double value) { return std::round(value * 1e4) / 1e4; }
 
 Json toJson(const Eigen::Vector3d& v) { return {round4(v.x()), round4(v.y()), round4(v.z())}; }
 
+Json toJson(const OrientedBox& box) {
+  return {{"center_m", toJson(box.center_m)},
+          {"size_m", toJson(box.size_m)},
+          {"yaw_rad", round4(box.yaw_rad)}};
+}
+
 Json toJson(const SceneObject& object) {
   return {{"id", object.id.value},
           {"task", object.task},
@@ -25,6 +31,7 @@ Json toJson(const SceneObject& object) {
           {"orientation_xyzw", {0, 0, 0, 1}},
           {"box_min_m", toJson(Eigen::Vector3d(object.box.min()))},
           {"box_max_m", toJson(Eigen::Vector3d(object.box.max()))},
+          {"oriented_box", toJson(object.oriented_box)},
           {"place", object.place.isValid() ? Json(object.place.value) : Json()},
           {"num_primitives", object.primitives.size()},
           {"first_seen_s", object.first_seen.seconds()},

@@ -2,6 +2,7 @@
 #include "task_scene_graph/tracking/tracker.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "task_scene_graph/config/config.h"
@@ -9,6 +10,10 @@
 
 namespace tsg::tracking {
 namespace {
+
+// Bounds of FeatureWeight: no view is worth nothing, none infinitely much.
+constexpr double kMinFrontality = 0.1;
+constexpr double kMinDistance_m = 0.3;
 
 bool hasSize(const cv::Mat& image, const CameraModel& camera) {
   return image.cols == camera.width_px && image.rows == camera.height_px;
@@ -77,12 +82,13 @@ TrackedFrame Tracker::update(const RgbdFrame& frame, const Segmentation& segment
 
   TrackedFrame result = makeIgnored(frame.stamp, segmentation);
   result.finished = endTracks(frame.stamp, config_.window_s);
-  auto segments = computeSegmentPoints(frame, segmentation.labels, segmentation.numSegments(),
-                                       {config_.voxel_size_m, config_.max_range_m});
-  const std::vector<bool> is_selected = selectSegments(segments, segmentation.labels.total());
-  const auto matches = assignGreedily(findCandidates(segments, is_selected, segmentation));
-  associate(matches, segmentation, segments, result);
-  openTracks(is_selected, segmentation, segments, result);
+  FrameSegments segments{segmentation, frame.T_world_camera.translation(), {}, {}, {}};
+  segments.points = computeSegmentPoints(frame, segmentation.labels, segmentation.numSegments(),
+                                         {config_.voxel_size_m, config_.max_range_m});
+  segments.is_selected = selectSegments(segments.points, segmentation.labels.total());
+  segments.is_cut = findCutSegments(segmentation.labels, segmentation.numSegments());
+  associate(assignGreedily(findCandidates(segments)), segments, result);
+  openTracks(segments, result);
   result.live = liveIds();
   return result;
 }
@@ -118,61 +124,77 @@ bool Tracker::isSimilar(const LiveTrack& track, const Segmentation& segmentation
   return computeCosine(embedding, track.mean) >= thresholds_.min_cosine;
 }
 
-std::vector<Candidate> Tracker::findCandidates(const std::vector<SegmentPoints>& segments,
-                                               const std::vector<bool>& is_selected,
-                                               const Segmentation& segmentation) const {
+std::vector<Candidate> Tracker::findCandidates(const FrameSegments& segments) const {
   std::vector<Candidate> candidates;
-  for (std::size_t s = 0; s < segments.size(); ++s) {
-    if (!is_selected[s]) continue;
+  for (std::size_t s = 0; s < segments.points.size(); ++s) {
+    if (!segments.is_selected[s]) continue;
+    const VoxelSet& voxels = segments.points[s].voxels;
     for (std::size_t t = 0; t < live_.size(); ++t) {
       const VoxelSet& last_voxels = live_[t].last_voxels;
-      if (!mayReachIoU(segments[s].voxels, last_voxels, thresholds_.min_iou)) continue;
-      if (!isSimilar(live_[t], segmentation, s)) continue;
-      const double iou = computeIoU(segments[s].voxels, last_voxels);
+      if (!mayReachIoU(voxels, last_voxels, thresholds_.min_iou)) continue;
+      if (!isSimilar(live_[t], segments.segmentation, s)) continue;
+      const double iou = computeIoU(voxels, last_voxels);
       if (iou > 0.0 && iou >= thresholds_.min_iou) candidates.push_back({s, t, iou});
     }
   }
   return candidates;
 }
 
-void Tracker::associate(const std::vector<Candidate>& matches, const Segmentation& segmentation,
-                        std::vector<SegmentPoints>& segments, TrackedFrame& result) {
+void Tracker::associate(const std::vector<Candidate>& matches, FrameSegments& segments,
+                        TrackedFrame& result) {
   for (const Candidate& match : matches) {
     LiveTrack& track = live_[match.track];
-    observe(track, match.segment, segmentation, segments[match.segment]);
+    observe(track, match.segment, segments);
     result.segment_tracks[match.segment] = track.track.id;
   }
   counters_.associations += matches.size();
 }
 
-void Tracker::openTracks(const std::vector<bool>& is_selected, const Segmentation& segmentation,
-                         std::vector<SegmentPoints>& segments, TrackedFrame& result) {
-  for (std::size_t s = 0; s < segments.size(); ++s) {
-    if (!is_selected[s] || result.segment_tracks[s].isValid()) continue;
+void Tracker::openTracks(FrameSegments& segments, TrackedFrame& result) {
+  for (std::size_t s = 0; s < segments.points.size(); ++s) {
+    if (!segments.is_selected[s] || result.segment_tracks[s].isValid()) continue;
     LiveTrack track;
     track.track.id = TrackId{next_id_++};
-    track.track.first_seen = segmentation.stamp;
-    observe(track, s, segmentation, segments[s]);
+    track.track.first_seen = segments.segmentation.stamp;
+    observe(track, s, segments);
     result.segment_tracks[s] = track.track.id;
     live_.push_back(std::move(track));
     ++counters_.tracks_started;
   }
 }
 
-void Tracker::observe(LiveTrack& track, std::size_t segment, const Segmentation& segmentation,
-                      SegmentPoints& points) {
-  track.track.last_seen = segmentation.stamp;
-  track.track.observations.push_back({segmentation.stamp, static_cast<std::uint16_t>(segment + 1)});
+void Tracker::observe(LiveTrack& track, std::size_t segment, FrameSegments& segments) {
+  SegmentPoints& points = segments.points[segment];
+  const SegmentView view =
+      computeSegmentView(points.voxels, config_.voxel_size_m, segments.camera_m);
+  const Observation observation{segments.segmentation.stamp,
+                                static_cast<std::uint16_t>(segment + 1)};
+  track.track.last_seen = observation.stamp;
+  track.track.observations.push_back(observation);
+  track.views.add(observation, view, points.pixels, segments.is_cut[segment]);
   track.last_voxels = std::move(points.voxels);
   const auto embedding =
-      segmentation.embeddings.row(static_cast<Eigen::Index>(segment)).transpose();
+      segments.segmentation.embeddings.row(static_cast<Eigen::Index>(segment)).transpose();
   if (embedding.size() == 0 || embedding.isZero(0.0F)) return;
-  const double weight =
-      config_.feature_weight == FeatureWeight::kPixels ? static_cast<double>(points.pixels) : 1.0;
+  const double weight = computeFeatureWeight(view, points.pixels);
   if (track.feature_sum.size() == 0) track.feature_sum.setZero(embedding.size());
   track.feature_sum += weight * embedding.cast<double>();
   track.feature_weight += weight;
   track.mean = (track.feature_sum / track.feature_weight).cast<float>();
+}
+
+double Tracker::computeFeatureWeight(const SegmentView& view, std::size_t pixels) const {
+  switch (config_.feature_weight) {
+    case FeatureWeight::kPixels:
+      return static_cast<double>(pixels);
+    case FeatureWeight::kViewAngle:
+      return std::max(kMinFrontality, view.frontality);
+    case FeatureWeight::kDistance:
+      return 1.0 / std::pow(std::max(kMinDistance_m, view.distance_m), 2);
+    case FeatureWeight::kEqual:
+      break;
+  }
+  return 1.0;
 }
 
 std::vector<Track> Tracker::endTracks(Stamp now, double window_s) {
@@ -187,6 +209,7 @@ std::vector<Track> Tracker::endTracks(Stamp now, double window_s) {
       continue;
     }
     live.track.embedding = std::move(live.mean);
+    live.track.views = live.views.statistics();
     finished.push_back(std::move(live.track));
     ++counters_.tracks_finished;
   }

@@ -7,11 +7,6 @@
 namespace tsg::tracking {
 namespace {
 
-Eigen::Vector3i unpackVoxel(VoxelKey key) {
-  const auto unpack = [](VoxelKey bits) { return static_cast<int>(bits & 0x1FFFFF) - kVoxelLimit; };
-  return {unpack(key), unpack(key >> 21), unpack(key >> 42)};
-}
-
 void makeSet(VoxelSet& set) {
   std::sort(set.keys.begin(), set.keys.end());
   set.keys.erase(std::unique(set.keys.begin(), set.keys.end()), set.keys.end());
@@ -45,6 +40,11 @@ class PixelToVoxel {
 };
 
 }  // namespace
+
+Eigen::Vector3i unpackVoxel(VoxelKey key) {
+  const auto unpack = [](VoxelKey bits) { return static_cast<int>(bits & 0x1FFFFF) - kVoxelLimit; };
+  return {unpack(key), unpack(key >> 21), unpack(key >> 42)};
+}
 
 std::size_t countShared(const VoxelSet& a, const VoxelSet& b) {
   std::size_t shared = 0;

@@ -10,6 +10,7 @@
 #include "support.h"
 #include "synthetic_scene.h"
 #include "task_scene_graph/mapping/background_map.h"
+#include "task_scene_graph/mapping/depth_filter.h"
 
 namespace tsg::mapping {
 namespace {
@@ -112,6 +113,25 @@ void updateMesh(benchmark::State& state, const char* sequence) {
       static_cast<double>(map.counters().blocks_remeshed), benchmark::Counter::kIsRate);
 }
 
+/// Argument: radius of the bilateral filter, pixels.
+void filterDepth(benchmark::State& state, const char* sequence) {
+  const auto& frames = findFrames(sequence);
+  if (frames.empty()) {
+    state.SkipWithError("the sequence is not here (set TSG_SHARED)");
+    return;
+  }
+  DepthFilterConfig config;
+  config.bilateral_radius_px = static_cast<int>(state.range(0));
+  DepthFilter filter(config);
+  std::size_t next = 0;
+  for (auto _ : state) {
+    const auto& frame = frames[next++ % frames.size()];
+    benchmark::DoNotOptimize(filter.apply(frame.depth, frame.camera));
+  }
+  state.counters["rejected_share"] = static_cast<double>(filter.counters().rejected_readings) /
+                                     static_cast<double>(filter.counters().valid_readings);
+}
+
 BENCHMARK_CAPTURE(integrateSequence, room, "room", false)
     ->Args({5, 1})
     ->Args({2, 1})
@@ -131,6 +151,13 @@ BENCHMARK_CAPTURE(integrateSequence, house_a, "house_a", false)
     ->Args({5, 1})
     ->Args({2, 1})
     ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(integrateSequence, house_a_carving, "house_a", true)
+    ->Args({10, 1})
+    ->Unit(benchmark::kMillisecond);
+
+BENCHMARK_CAPTURE(filterDepth, room, "room")->Arg(0)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(filterDepth, kitchen, "kitchen")->Arg(0)->Arg(2)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(filterDepth, house_a, "house_a")->Arg(0)->Unit(benchmark::kMillisecond);
 
 BENCHMARK_CAPTURE(updateMesh, room, "room")->Args({5, 1})->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(updateMesh, kitchen, "kitchen")->Args({5, 1})->Unit(benchmark::kMillisecond);

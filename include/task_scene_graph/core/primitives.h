@@ -7,8 +7,10 @@
 
 #include "task_scene_graph/core/box.h"
 #include "task_scene_graph/core/embedding.h"
+#include "task_scene_graph/core/frame.h"
 #include "task_scene_graph/core/id.h"
 #include "task_scene_graph/core/mesh.h"
+#include "task_scene_graph/core/oriented_box.h"
 #include "task_scene_graph/core/stamp.h"
 
 namespace tsg {
@@ -19,6 +21,15 @@ struct Observation {
   std::uint16_t segment = 0;  ///< label in that frame's label image
 };
 
+/// From where a track was seen.
+struct ViewStatistics {
+  Observation best;               ///< most pixels; a view that the image border cuts counts half
+  std::uint32_t best_pixels = 0;  ///< with valid depth in range, in that view
+  double mean_distance_m = 0.0;   ///< from the camera to the middle of what it saw
+  double min_distance_m = 0.0;    ///< ... of the nearest view
+  double spread_rad = 0.0;        ///< largest angle between a direction of view and the first
+};
+
 /// A track that has ended: the same object seen in several frames [Clio24, Sec. IV-A].
 struct Track {
   TrackId id;
@@ -26,6 +37,7 @@ struct Track {
   Stamp last_seen;
   Embedding embedding;  ///< mean over all embedded observations; empty if none was embedded
   std::vector<Observation> observations;  ///< by time
+  ViewStatistics views;
 };
 
 /// What the tracker says of one segmented frame.
@@ -40,12 +52,15 @@ struct TrackedFrame {
 struct ObjectPrimitive {
   PrimitiveId id;
   TrackId track;
-  Mesh mesh;  ///< world frame
-  Aabb box;   ///< world frame, metres
+  Mesh mesh;                 ///< world frame
+  Aabb box;                  ///< world frame, metres
+  OrientedBox oriented_box;  ///< upright, of least footprint; world frame
   Embedding embedding;
   Stamp first_seen;
   Stamp last_seen;
   std::uint32_t num_observations = 0;
+  ViewStatistics views;
+  ColorImage thumbnail;  ///< the best view's surroundings, RGB; empty if its frame was gone
 };
 
 using ObjectPrimitivePtr = std::shared_ptr<const ObjectPrimitive>;

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <unordered_map>
 #include <unordered_set>
 #include <vector>
 
 #include "task_scene_graph/core/mesh.h"
+#include "task_scene_graph/mapping/mesh_archive.h"
 #include "task_scene_graph/mapping/tsdf_integrator.h"
 
 namespace tsg::mapping {
@@ -20,6 +22,7 @@ struct BackgroundConfig {
   bool archive_blocks = true;
   double archive_distance_m = 10.0;
   double archive_unseen_s = 30.0;
+  double pose_jump_m = 1.0;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor& v) {
@@ -29,11 +32,13 @@ struct BackgroundConfig {
     v.field("mesh_min_weight", self.mesh_min_weight, {0.0, 1e9}, "",
             "voxels of at most this weight give no surface");
     v.field("archive_blocks", self.archive_blocks, {}, "",
-            "drop the voxels of blocks far away and long unseen; their mesh stays");
+            "drop the voxels of blocks far away and long unseen; their mesh stays, in a file");
     v.field("archive_distance_m", self.archive_distance_m, {0.0, 1e6}, "m",
             "archived blocks are farther than this from the camera");
     v.field("archive_unseen_s", self.archive_unseen_s, {0.0, 1e9}, "s",
             "archived blocks have not been seen for longer than this");
+    v.field("pose_jump_m", self.pose_jump_m, {0.0, 1e6}, "m",
+            "a camera that moves farther than this from frame to frame is counted as a jump");
   }
 };
 
@@ -55,10 +60,12 @@ struct BackgroundCounters {
   std::size_t blocks_archived = 0;
   std::size_t frames_back_in_time = 0;  ///< integrated, but older than a frame before
   std::size_t frames_repeated = 0;      ///< integrated, but with the stamp of the newest frame
+  std::size_t pose_jumps = 0;           ///< integrated, but farther than pose_jump_m from the last
 };
 
 /// The dense map of everything the camera saw: a TSDF of the active window and a mesh of all that
-/// was ever there. Not thread-safe; meshes once handed out never change.
+/// was ever there. The mesh of what is archived goes to a temporary file. Not thread-safe; meshes
+/// once handed out never change.
 class BackgroundMap {
  public:
   /// @throws config::ConfigError as TsdfIntegrator does, or if a value is out of range.
@@ -67,6 +74,7 @@ class BackgroundMap {
   const BackgroundConfig& config() const { return config_; }
   const BackgroundCounters& counters() const { return counters_; }
   const TsdfVolume& volume() const { return volume_; }
+  const MeshArchive& archive() const { return archived_; }
 
   /// Integrates a frame, then archives (checked once a second). Time goes by stamps only; the clock
   /// of archiving never goes back. @throws std::invalid_argument as TsdfIntegrator::integrate().
@@ -90,13 +98,17 @@ class BackgroundMap {
   using MeshMap = std::unordered_map<GridIndex, MeshPtr, GridIndexHash>;
 
   void countFrame(const RgbdFrame& frame, IntegrationStatus status);
+  void countJump(const RgbdFrame& frame);
   std::vector<GridIndex> findBlocksToArchive(const Eigen::Vector3d& camera_m) const;
   /// Blocks whose reported mesh may be wrong, ascending.
   std::vector<GridIndex> computeStaleBlocks() const;
   std::vector<MeshPtr> computeMeshes(const std::vector<GridIndex>& blocks) const;
   MeshPtr computeMeshWithArchive(const GridIndex& block) const;
   bool isCellKnown(const GridIndex& lowest_voxel) const;
-  void keepMeshes(const std::vector<GridIndex>& blocks);
+  void keepMeshes(const std::vector<GridIndex>& readers);
+  void parkMeshes(const std::vector<GridIndex>& readers);
+  /// Whether a cell of the block reads voxels that are there.
+  bool isActive(const GridIndex& block) const;
 
   BackgroundConfig config_;
   TsdfIntegrator integrator_;
@@ -104,10 +116,13 @@ class BackgroundMap {
   BackgroundCounters counters_;
   Stamp newest_;
   Stamp last_archived_;
+  std::optional<Eigen::Vector3d> last_position_m_;  ///< of the camera
   std::unordered_map<GridIndex, Stamp, GridIndexHash> last_seen_;
   std::unordered_set<GridIndex, GridIndexHash> dirty_;  ///< changed since the last updateMesh()
-  MeshMap meshes_;                                      ///< as last reported; none is empty
-  MeshMap archived_;  ///< shown in cells that are not fully observed; none is empty
+  /// As last reported, none is empty; null where that is what archived_ holds.
+  MeshMap meshes_;
+  /// Shown in cells that are not fully observed; none is empty.
+  MeshArchive archived_;
 };
 
 }  // namespace tsg::mapping

@@ -5,6 +5,7 @@
 
 #include "task_scene_graph/config/visitor.h"
 #include "task_scene_graph/core/primitives.h"
+#include "task_scene_graph/mapping/depth_filter.h"
 #include "task_scene_graph/mapping/frame_buffer.h"
 
 namespace tsg::mapping {
@@ -25,6 +26,8 @@ struct ObjectConfig {
   double min_volume_m3 = 0.0;
   double max_volume_m3 = 8.0;
   int max_frames = 40;
+  int thumbnail_px = 96;
+  DepthFilterConfig depth_filter;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor& v) {
@@ -52,6 +55,9 @@ struct ObjectConfig {
             "objects with a larger box are rejected");
     v.field("max_frames", self.max_frames, {1, 1e6}, "frames",
             "of a track with more observations, this many evenly spaced ones are used");
+    v.field("thumbnail_px", self.thumbnail_px, {0, 4096}, "px",
+            "largest side of the picture of the object's best view; 0 = no picture");
+    v.group("depth_filter", self.depth_filter);
   }
 };
 
@@ -63,6 +69,7 @@ enum class ReconstructionStatus {
   kTooSmall,            ///< box below min_volume_m3
   kTooLarge,            ///< box above max_volume_m3
   kEmptyMesh,           ///< no surface was left after the object/background decision
+  kBadFrames,           ///< a frame or label image broke its conditions (ReconstructionPool only)
 };
 
 /// "reconstructed", "too few observations", ... for messages and counters.
@@ -70,19 +77,21 @@ const char* toString(ReconstructionStatus status);
 
 struct ReconstructionResult {
   ReconstructionStatus status = ReconstructionStatus::kEmptyMesh;
-  ObjectPrimitivePtr primitive;  ///< null unless reconstructed
+  std::shared_ptr<ObjectPrimitive> primitive;  ///< null unless reconstructed
 };
 
 /// Reconstructs the object of a finished track from the track's own frames [Clio24, Sec. IV-A].
 ///
-/// 1. The extent is the box of all 3D points of the track's label pixels; the voxel size is
-///    max(resolution_fraction * largest side, min_voxel_size_m).
+/// 1. The extent is the box of all 3D points of the track's label pixels after the depth filter;
+/// the
+///    voxel size is max(resolution_fraction * largest side, min_voxel_size_m).
 /// 2. Every frame is integrated (all its pixels, formulas of TsdfIntegrator) into the blocks that
 ///    the truncation band of any label pixel meets. Per voxel it is counted how often a reading
 ///    within the truncation had the object's label and how often another.
 /// 3. Voxels at or behind the surface with object / (object + other) < min_object_share, and all
 ///    that were counted less than min_voxel_observations times, become free space.
-/// 4. Marching cubes; the box is the AABB of the mesh's vertices.
+/// 4. Marching cubes; the boxes are the AABB and the upright box of least footprint of the mesh's
+///    vertices.
 ///
 /// `deviation:` the authors count an observation at any distance in front of a surface, and
 /// integrate every frame of a track, however many there are.

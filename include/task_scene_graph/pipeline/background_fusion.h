@@ -7,11 +7,13 @@
 #include "task_scene_graph/core/frame.h"
 #include "task_scene_graph/core/primitives.h"
 #include "task_scene_graph/mapping/background_map.h"
+#include "task_scene_graph/mapping/depth_filter.h"
 #include "task_scene_graph/places/place_extractor.h"
 
 namespace tsg::pipeline {
 
 struct BackgroundFusionConfig {
+  mapping::DepthFilterConfig depth_filter;
   mapping::BackgroundConfig background;
   /// The coarse volume in which places are found: all space along every ray is observed.
   mapping::BackgroundConfig free_space = makeFreeSpaceDefaults();
@@ -22,6 +24,7 @@ struct BackgroundFusionConfig {
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor& v) {
+    v.group("depth_filter", self.depth_filter);
     v.group("background", self.background);
     v.group("free_space", self.free_space);
     v.group("places", self.places);
@@ -36,7 +39,7 @@ class BackgroundFusion {
  public:
   explicit BackgroundFusion(const BackgroundFusionConfig& config);
 
-  /// Fuses one frame into both volumes. O(pixels + voxels in view).
+  /// Filters the depth of one frame and fuses it into both volumes. O(pixels + voxels in view).
   mapping::IntegrationResult integrate(const RgbdFrame& frame);
 
   /// Lets the places that a frame sees take part in its image embedding.
@@ -51,9 +54,13 @@ class BackgroundFusion {
   /// The whole mesh, world frame.
   Mesh extractMesh() { return background_.extractMesh(); }
   const mapping::BackgroundMap& background() const { return background_; }
+  const mapping::DepthFilterCounters& depthFilterCounters() const {
+    return depth_filter_.counters();
+  }
 
  private:
   BackgroundFusionConfig config_;
+  mapping::DepthFilter depth_filter_;
   mapping::BackgroundMap background_;
   mapping::BackgroundMap free_space_;
   places::PlaceExtractor places_;

@@ -9,6 +9,7 @@
 
 #include "task_scene_graph/core/box.h"
 #include "task_scene_graph/core/frame.h"
+#include "task_scene_graph/core/oriented_box.h"
 #include "task_scene_graph/core/stamp.h"
 #include "task_scene_graph/ros/messages.h"
 
@@ -30,6 +31,9 @@ geometry_msgs::Point toPoint(const Eigen::Vector3d& vector);
 
 /// Centre and full side lengths, metres; an empty box has size 0. The orientation is the identity.
 msg::BoundingBox toBoundingBox(const Aabb& box);
+msg::BoundingBox toBoundingBox(const OrientedBox& box);
+/// The box with its turn about z; the turn's other parts must be 0. Empty for size 0.
+OrientedBox toOrientedBox(const msg::BoundingBox& box);
 /// The smallest axis-aligned box around the (possibly rotated) box; empty for size 0.
 Aabb toAabb(const msg::BoundingBox& box);
 

@@ -13,11 +13,12 @@ namespace tsg::scene_graph {
 
 /// A task-relevant object: a cluster of object primitives [Clio24, Sec. IV-B].
 struct SceneObject {
-  ObjectId id;          ///< stable from snapshot to snapshot
-  std::string task;     ///< name of the task it serves best
-  int task_index = -1;  ///< index into SceneGraph::object_tasks
-  double score = 0.0;   ///< cosine of `embedding` to that task's, in [-1, 1]
-  Aabb box;             ///< union of its primitives' boxes; world frame, metres
+  ObjectId id;               ///< stable from snapshot to snapshot
+  std::string task;          ///< name of the task it serves best
+  int task_index = -1;       ///< index into SceneGraph::object_tasks
+  double score = 0.0;        ///< cosine of `embedding` to that task's, in [-1, 1]
+  Aabb box;                  ///< union of its primitives' boxes; world frame, metres
+  OrientedBox oriented_box;  ///< least upright one that holds its primitives' oriented boxes
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< mean of their box centres; world frame
   std::vector<PrimitiveId> primitives;                   ///< ascending, never empty
   Embedding embedding;                                   ///< mean of its primitives' embeddings

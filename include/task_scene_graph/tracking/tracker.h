@@ -8,6 +8,7 @@
 #include "task_scene_graph/core/frame.h"
 #include "task_scene_graph/core/primitives.h"
 #include "task_scene_graph/tracking/association.h"
+#include "task_scene_graph/tracking/segment_view.h"
 #include "task_scene_graph/tracking/voxel_set.h"
 
 namespace tsg::tracking {
@@ -18,7 +19,13 @@ enum class Preset {
   kKhronos  ///< 0.7, 0.4: whole objects
 };
 
-enum class FeatureWeight { kEqual, kPixels };
+/// What an observation counts in its track's mean embedding.
+enum class FeatureWeight {
+  kEqual,      ///< 1
+  kPixels,     ///< its pixels with valid depth in range
+  kViewAngle,  ///< max(0.1, frontality): cosine between line of sight and surface normal
+  kDistance    ///< 1 / max(0.3, distance)^2, distances in metres
+};
 
 /// deviation: upstream drops segments of more than 50000 px, which at 640x480 is every object that
 /// fills a sixth of the image; here the limit is a share of the image, and by default half of it.
@@ -48,8 +55,12 @@ struct TrackerConfig {
     v.field("min_observations", self.min_observations, {1, 1000}, "",
             "ended tracks with fewer observations are dropped");
     v.choice("feature_weight", self.feature_weight,
-             {{"equal", FeatureWeight::kEqual}, {"pixels", FeatureWeight::kPixels}},
-             "what an observation counts in its track's mean embedding");
+             {{"equal", FeatureWeight::kEqual},
+              {"pixels", FeatureWeight::kPixels},
+              {"view_angle", FeatureWeight::kViewAngle},
+              {"distance", FeatureWeight::kDistance}},
+             "what an observation counts in its track's mean embedding: the same, its pixels, the "
+             "cosine between line of sight and surface normal, or 1 / distance^2");
     v.field("voxel_size_m", self.voxel_size_m, {0.01, 1.0}, "m", "voxels of the 3D IoU");
     v.field("max_range_m", self.max_range_m, {0.1, 100.0}, "m",
             "points farther from the camera are ignored");
@@ -87,7 +98,8 @@ struct TrackerCounters {
 /// IoU of its voxels with those of the track's last observation is >= min_iou (and above 0); the
 /// highest IoU wins, one segment per track and frame (assignGreedily). Segments left over open
 /// tracks, which are no candidates for their own frame. A segment or track without embedding is
-/// judged by IoU alone, and such an observation does not enter the mean. Not thread-safe.
+/// judged by IoU alone, and such an observation does not enter the mean. Finished tracks say from
+/// where they were seen (ViewStatistics). Not thread-safe.
 /// deviation: upstream lets several segments join one track, takes the first track that passes, and
 /// loses the first observation's embedding.
 class Tracker {
@@ -117,23 +129,29 @@ class Tracker {
     double feature_weight = 0.0;
     Embedding mean;  ///< feature_sum / feature_weight
     VoxelSet last_voxels;
+    ViewRecorder views;
+  };
+  /// What a frame shows of its segments, by index.
+  struct FrameSegments {
+    const Segmentation& segmentation;
+    Eigen::Vector3d camera_m;
+    std::vector<SegmentPoints> points;
+    std::vector<bool> is_selected;
+    std::vector<bool> is_cut;
   };
 
   bool isUsable(const RgbdFrame& frame, const Segmentation& segmentation) const;
   TrackedFrame makeIgnored(Stamp stamp, const Segmentation& segmentation) const;
   std::vector<bool> selectSegments(const std::vector<SegmentPoints>& segments,
                                    std::size_t image_pixels);
-  std::vector<Candidate> findCandidates(const std::vector<SegmentPoints>& segments,
-                                        const std::vector<bool>& is_selected,
-                                        const Segmentation& segmentation) const;
+  std::vector<Candidate> findCandidates(const FrameSegments& segments) const;
   bool isSimilar(const LiveTrack& track, const Segmentation& segmentation,
                  std::size_t segment) const;
-  void associate(const std::vector<Candidate>& matches, const Segmentation& segmentation,
-                 std::vector<SegmentPoints>& segments, TrackedFrame& result);
-  void openTracks(const std::vector<bool>& is_selected, const Segmentation& segmentation,
-                  std::vector<SegmentPoints>& segments, TrackedFrame& result);
-  void observe(LiveTrack& track, std::size_t segment, const Segmentation& segmentation,
-               SegmentPoints& points);
+  void associate(const std::vector<Candidate>& matches, FrameSegments& segments,
+                 TrackedFrame& result);
+  void openTracks(FrameSegments& segments, TrackedFrame& result);
+  void observe(LiveTrack& track, std::size_t segment, FrameSegments& segments);
+  double computeFeatureWeight(const SegmentView& view, std::size_t pixels) const;
   std::vector<Track> endTracks(Stamp now, double window_s);
   std::vector<TrackId> liveIds() const;
 

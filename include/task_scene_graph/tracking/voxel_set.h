@@ -22,6 +22,8 @@ inline VoxelKey packVoxel(int x, int y, int z) {
   return pack(z) << 42 | pack(y) << 21 | pack(x);
 }
 
+Eigen::Vector3i unpackVoxel(VoxelKey key);
+
 /// A sparse set of voxels in the world frame.
 struct VoxelSet {
   std::vector<VoxelKey> keys;  ///< ascending, no key twice

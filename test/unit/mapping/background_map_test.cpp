@@ -207,6 +207,33 @@ TEST(BackgroundMap, MemoryOfALongWalkStaysFlat) {
   EXPECT_GT(bounds.max().x(), 31.0);
 }
 
+TEST(BackgroundMap, ArchivedMeshLeavesMemoryAndTakesAFractionOfItsSize) {
+  BackgroundMap map(makeConfig());
+  const auto scene = makeCorridor(6);
+  for (int i = 0; i < 10; ++i) map.integrate(renderAt(scene, 0.5 * i, 0.1 * i));
+  map.updateMesh();
+  EXPECT_EQ(map.archive().fileBytes(), 0U);
+  const Mesh before = map.extractMesh();
+  map.archive(map.volume().sortedBlockIndices());
+  const std::size_t plain_bytes = 15 * before.vertices.size() + 12 * before.triangles.size();
+  EXPECT_GT(map.archive().fileBytes(), 0U);
+  EXPECT_LT(map.archive().fileBytes(), plain_bytes / 2);
+  EXPECT_EQ(map.archive().memoryBytes(), 0U);
+  EXPECT_EQ(toTriangles(map.extractMesh()), toTriangles(before));
+}
+
+TEST(BackgroundMap, JumpsOfTheCameraAreCounted) {
+  BackgroundMap map(makeConfig());
+  const auto scene = makeCorridor(6);
+  map.integrate(renderAt(scene, 0.0, 0.0));
+  map.integrate(renderAt(scene, 0.5, 0.1));
+  EXPECT_EQ(map.counters().pose_jumps, 0U);
+  map.integrate(renderAt(scene, 4.5, 0.2));
+  map.integrate(renderAt(scene, 4.6, 0.3));
+  EXPECT_EQ(map.counters().pose_jumps, 1U);
+  EXPECT_EQ(map.counters().frames_integrated, 4U);
+}
+
 TEST(BackgroundMap, WithoutMeshItIsATsdfOnly) {
   BackgroundConfig config = makeConfig();
   config.with_mesh = false;

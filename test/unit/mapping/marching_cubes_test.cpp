@@ -258,6 +258,41 @@ TEST_F(SeenScene, TheFloorIsNotBiasedBySlantedViews) {
   EXPECT_LE(std::abs(sum / count), 0.02 * config_.voxel_size_m);
 }
 
+/// A floor seen from many places, always at about the same angle to its normal.
+class GrazingViews : public testing::TestWithParam<double> {};
+
+TEST_P(GrazingViews, DoNotBiasThePlane) {
+  const double angle_rad = GetParam() * M_PI / 180.0;
+  const std::vector<test::Solid> floor{test::makePlane({0, 0, 0}, {0, 0, 1}, {90, 90, 90})};
+  const CameraModel narrow{160, 120, 600.0, 600.0, 79.5, 59.5};  // 15 by 11 degrees
+  IntegratorConfig config;
+  TsdfIntegrator integrator(config);
+  TsdfVolume volume(config.voxel_size_m);
+  for (int i = 0; i < 40; ++i) {
+    const double turn_rad = 0.7 * i;
+    const Eigen::Vector3d target(0.02 * i, 0.013 * i, 0.0);
+    const Eigen::Vector3d from_target(std::sin(angle_rad) * std::cos(turn_rad),
+                                      std::sin(angle_rad) * std::sin(turn_rad),
+                                      std::cos(angle_rad));
+    integrator.integrate(
+        test::render(floor, narrow, test::lookAt(target + 3.0 * from_target, target)).frame,
+        volume);
+  }
+  const Mesh mesh = computeMesh(volume, 1e-4);
+  ASSERT_GT(mesh.vertices.size(), 50U);
+  double sum_m = 0.0;
+  double squares_m2 = 0.0;
+  for (const auto& v : mesh.vertices) {
+    sum_m += static_cast<double>(v.z());
+    squares_m2 += std::pow(static_cast<double>(v.z()), 2);
+  }
+  const auto count = static_cast<double>(mesh.vertices.size());
+  EXPECT_LE(std::abs(sum_m / count), 0.1 * config.voxel_size_m);
+  EXPECT_LE(std::sqrt(squares_m2 / count), 0.5 * config.voxel_size_m);
+}
+
+INSTANTIATE_TEST_SUITE_P(Degrees, GrazingViews, testing::Values(0.0, 60.0, 75.0, 80.0));
+
 TEST_F(SeenScene, SeenSurfacesHaveNoHoles) {
   // Points of the depth images, away from the rim of what was seen.
   int count = 0;

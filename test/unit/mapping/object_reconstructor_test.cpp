@@ -76,6 +76,85 @@ TEST(ObjectReconstructor, BoxAndColorsOfAnObjectOnATableAreRight) {
   EXPECT_GE(red, 0.9 * count);
 }
 
+/// A crate that is turned about the vertical, made of a box in its own frame.
+test::Solid makeTurnedCrate(const OrientedBox& crate, std::uint16_t label) {
+  Pose T_world_box = Pose::Identity();
+  T_world_box.linear() = crate.rotation();
+  T_world_box.translation() = crate.center_m;
+  const Pose T_box_world = T_world_box.inverse();
+  const Eigen::Vector3d half_m = 0.5 * crate.size_m;
+  const auto aligned = test::makeBox(makeAabb(-half_m, half_m), {200, 40, 20}, label);
+  test::Solid turned = aligned;
+  turned.hit = [=](const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) {
+    return aligned.hit(T_box_world * origin, T_box_world.linear() * direction);
+  };
+  turned.distance_m = [=](const Eigen::Vector3d& p) { return aligned.distance_m(T_box_world * p); };
+  return turned;
+}
+
+TEST(ObjectReconstructor, OrientedBoxIsTheTurnedObjectsBox) {
+  for (const double yaw_rad : {0.3, -0.6}) {
+    const OrientedBox crate{{0.4, 0.1, 0.8}, {0.6, 0.2, 0.2}, yaw_rad};
+    const std::vector<test::Solid> scene{test::makePlane({0, 0, 0}, {0, 0, 1}, {90, 90, 90}),
+                                         makeTurnedCrate(crate, kLabel)};
+    const auto seen = observe(scene, crate.center_m, 1.2, 12);
+    const auto result = ObjectReconstructor({}).reconstruct(seen.track, seen.frames, {1});
+    ASSERT_TRUE(result.primitive);
+    const OrientedBox& box = result.primitive->oriented_box;
+    EXPECT_NEAR(box.yaw_rad, yaw_rad, 0.06);
+    EXPECT_TRUE(box.center_m.isApprox(crate.center_m, 0.02));
+    EXPECT_TRUE(((box.size_m - crate.size_m).array().abs() < 0.04).all()) << box.size_m.transpose();
+    EXPECT_LT(box.volume(), 0.75 * computeVolume(result.primitive->box));
+  }
+}
+
+TEST(ObjectReconstructor, ThumbnailShowsTheBestView) {
+  auto seen = observe(makeTable(), kCrate.center(), 1.2, 6);
+  ObjectConfig config;
+  config.thumbnail_px = 32;
+  const ObjectReconstructor reconstructor(config);
+  const auto without = reconstructor.reconstruct(seen.track, seen.frames, {1});
+  ASSERT_TRUE(without.primitive);
+  EXPECT_TRUE(without.primitive->thumbnail.image.empty());
+  seen.track.views.best = seen.track.observations[4];
+  const auto with = reconstructor.reconstruct(seen.track, seen.frames, {1});
+  ASSERT_TRUE(with.primitive);
+  const auto& thumbnail = with.primitive->thumbnail;
+  EXPECT_EQ(thumbnail.stamp, seen.track.observations[4].stamp);
+  EXPECT_EQ(std::max(thumbnail.image.cols, thumbnail.image.rows), 32);
+  const cv::Vec3b middle =
+      thumbnail.image.at<cv::Vec3b>(thumbnail.image.rows / 2, thumbnail.image.cols / 2);
+  EXPECT_GT(middle[0], 150);  // red, in RGB order
+  EXPECT_LT(middle[2], 60);
+}
+
+TEST(ObjectReconstructor, FlyingPixelsDoNotWidenTheBox) {
+  const auto seen = observe(makeTable(), kCrate.center(), 1.2, 12);
+  for (const auto& frame : seen.frames) {  // the left rim of the object mixes with the wall behind
+    cv::Mat depth_m = frame.frame->depth.image;
+    const cv::Mat& labels = frame.segmentation->labels;
+    for (int v = 0; v < labels.rows; ++v) {
+      for (int u = 1; u + 1 < labels.cols; ++u) {
+        const auto* row = labels.ptr<std::uint16_t>(v);
+        if (row[u] != kLabel || row[u - 1] == kLabel) continue;
+        auto* z_m = depth_m.ptr<float>(v);
+        z_m[u - 1] = 2.0F * z_m[u + 1];
+        z_m[u] = 1.5F * z_m[u + 1];
+      }
+    }
+  }
+  ObjectConfig config;
+  config.depth_filter.max_slope = 14.0;
+  const auto filtered = ObjectReconstructor(config).reconstruct(seen.track, seen.frames, {1});
+  config.depth_filter.reject_flying_pixels = false;
+  config.depth_filter.min_support_px = 0;
+  const auto raw = ObjectReconstructor(config).reconstruct(seen.track, seen.frames, {1});
+  ASSERT_TRUE(filtered.primitive);
+  const double iou = computeIoU(filtered.primitive->box, kCrate);
+  EXPECT_GE(iou, 0.8);
+  EXPECT_GT(iou, raw.primitive ? computeIoU(raw.primitive->box, kCrate) : 0.0);
+}
+
 TEST(ObjectReconstructor, BufferAndCollectedFramesGiveTheSameBits) {
   const auto seen = observe(makeTable(), kCrate.center(), 1.2, 8);
   FrameBuffer buffer({});

@@ -142,7 +142,8 @@ TEST(TracksConversion, RoundTripGivesTheSameMessage) {
   tracked.segment_tracks = {{5}, {0}, {7}};
   tracked.live = {{5}, {7}};
   for (std::uint64_t id = 1; id < 4; ++id) {
-    Track track{{id}, random.stamp(), random.stamp(), random.embedding(id == 2 ? 0 : 5), {}};
+    Track track{{id}, random.stamp(), random.stamp(), random.embedding(id == 2 ? 0 : 5), {}, {}};
+    track.views = {{random.stamp(), 3}, 1234, 2.5, 1.25, 0.5};
     for (int i = 0; i < 3; ++i) {
       track.observations.push_back({random.stamp(), static_cast<std::uint16_t>(i + 1)});
     }
@@ -155,6 +156,12 @@ TEST(TracksConversion, RoundTripGivesTheSameMessage) {
   EXPECT_EQ(received.finished[2].embedding, tracked.finished[2].embedding);
   EXPECT_EQ(received.finished[1].embedding.size(), 0);
   EXPECT_EQ(received.finished[0].observations[1].stamp, tracked.finished[0].observations[1].stamp);
+  EXPECT_EQ(received.finished[1].views.best.stamp, tracked.finished[1].views.best.stamp);
+  EXPECT_EQ(received.finished[1].views.best.segment, 3);
+  EXPECT_EQ(received.finished[1].views.best_pixels, 1234U);
+  EXPECT_EQ(received.finished[1].views.mean_distance_m, 2.5);
+  EXPECT_EQ(received.finished[1].views.min_distance_m, 1.25);
+  EXPECT_EQ(received.finished[1].views.spread_rad, 0.5);
   EXPECT_EQ(received.segment_tracks, tracked.segment_tracks);
   EXPECT_TRUE(isSame(*message, *toMessage(received, "camera")));
 }
@@ -169,6 +176,11 @@ ObjectPrimitivePtr makePrimitive(Random& random, std::uint64_t id) {
   primitive->first_seen = random.stamp();
   primitive->last_seen = random.stamp();
   primitive->num_observations = 12;
+  primitive->oriented_box = {random.vector(), {3, 1, 2}, random.number(-0.78, 0.78)};
+  primitive->views = {{random.stamp(), 9}, 77, 1.5, 0.75, 0.25};
+  if (id % 2 == 0) {
+    primitive->thumbnail.image = cv::Mat(3, 5, CV_8UC3, cv::Scalar(random.number(0, 255), 2, 3));
+  }
   return primitive;
 }
 
@@ -187,6 +199,15 @@ TEST(PrimitiveConversion, SurvivesTheWire) {
     EXPECT_EQ(received->first_seen, sent->first_seen);
     EXPECT_EQ(received->last_seen, sent->last_seen);
     EXPECT_EQ(received->num_observations, sent->num_observations);
+    EXPECT_EQ(received->oriented_box.center_m, sent->oriented_box.center_m);
+    EXPECT_EQ(received->oriented_box.size_m, sent->oriented_box.size_m);
+    EXPECT_NEAR(received->oriented_box.yaw_rad, sent->oriented_box.yaw_rad, 1e-12);
+    EXPECT_EQ(received->views.best.stamp, sent->views.best.stamp);
+    EXPECT_EQ(received->views.best_pixels, sent->views.best_pixels);
+    ASSERT_EQ(received->thumbnail.image.size(), sent->thumbnail.image.size());
+    if (id % 2 == 0) {
+      EXPECT_EQ(cv::norm(received->thumbnail.image, sent->thumbnail.image, cv::NORM_INF), 0.0);
+    }
   }
 }
 

@@ -113,6 +113,12 @@ TEST_P(RandomObjects, DescribeTheirPrimitives) {
     const auto count = static_cast<double>(object.primitives.size());
     EXPECT_TRUE(object.position_m.isApprox(centers_m / count, 1e-12));
     EXPECT_TRUE(object.box.isApprox(box, 0.0));
+    for (const PrimitiveId id : object.primitives) {  // these have no oriented boxes of their own
+      for (const auto& corner : toOrientedBox(primitives_.at(id.value - 1)->box).corners()) {
+        EXPECT_TRUE(object.oriented_box.contains(corner.cast<double>(), 1e-4));
+      }
+    }
+    EXPECT_LE(object.oriented_box.volume(), 1.001 * box.volume());
     EXPECT_TRUE(object.embedding.isApprox((sum / count).cast<float>(), 1e-6F));
     EXPECT_EQ(object.first_seen, first);
     EXPECT_EQ(object.last_seen, last);

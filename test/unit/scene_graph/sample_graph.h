@@ -31,6 +31,7 @@ inline ObjectPrimitivePtr makePrimitive(std::uint64_t id, const Eigen::Vector3d&
   primitive->track = {id + 100};
   primitive->mesh = makeTetrahedron(corner_m.cast<float>());
   primitive->box = makeAabb(corner_m, corner_m + Eigen::Vector3d::Ones());
+  primitive->oriented_box = toOrientedBox(primitive->box);
   primitive->embedding = std::move(embedding);
   primitive->first_seen = Stamp{1600000000123456789 + static_cast<std::int64_t>(id)};
   primitive->last_seen = Stamp{1600000009876543210 + static_cast<std::int64_t>(id)};
@@ -67,6 +68,7 @@ inline SceneGraph makeSampleGraph() {
                     0,
                     0.875,
                     makeAabb({0, 0, 0}, {1.5, 1, 1}),
+                    OrientedBox{{0.75, 0.5, 0.5}, {1.25, 0.75, 1}, 0.25},
                     {0.75, 0.5, 0.5},
                     {{1}, {2}},
                     makeEmbedding({0.9F, 0.2F, 0}),
@@ -78,6 +80,7 @@ inline SceneGraph makeSampleGraph() {
                     1,
                     0.25,
                     p[2]->box,
+                    toOrientedBox(p[2]->box),
                     {9.5, 0.5, 0.5},
                     {{3}},
                     p[2]->embedding,
@@ -89,6 +92,7 @@ inline SceneGraph makeSampleGraph() {
                     1,
                     0.25,
                     p[2]->box,
+                    toOrientedBox(p[2]->box),
                     {9.5, 0.5, 0.5},
                     {{9}},
                     p[2]->embedding,

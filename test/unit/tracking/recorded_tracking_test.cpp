@@ -148,8 +148,9 @@ class Score {
 
   int switches = 0;  ///< the instance's track differs from that of its last sighting
   double tracks_per_instance = 0.0;  ///< finished tracks per instance that has any
-  double purity = 0.0;  ///< share of finished observations that show their track's main instance
-  int missed = 0;       ///< instances in >= 5 frames without a finished track of their own
+  double purity = 0.0;     ///< share of finished observations that show their track's main instance
+  int fragmentations = 0;  ///< finished tracks beyond the first of their main instance
+  int missed = 0;          ///< instances in >= 5 frames without a finished track of their own
   int num_tracks = 0;
   int num_instances = 0;
 
@@ -167,6 +168,7 @@ class Score {
     }
     num_tracks = static_cast<int>(finished_.size());
     purity = main_votes / all_votes;
+    fragmentations = num_tracks - static_cast<int>(tracks_of.size());
     tracks_per_instance = num_tracks / static_cast<double>(tracks_of.size());
     for (const auto& [instance, frames] : frames_) {
       num_instances += frames >= 5 ? 1 : 0;
@@ -189,9 +191,11 @@ struct TrackingRun {
 };
 
 void print(const TrackingRun& run) {
-  std::printf("%-18s tracks %4d, per instance %5.2f, switches %4d, purity %.4f, missed %d of %d\n",
-              run.name, run.score.num_tracks, run.score.tracks_per_instance, run.score.switches,
-              run.score.purity, run.score.missed, run.score.num_instances);
+  std::printf(
+      "%-18s tracks %4d, per instance %5.2f, fragmentations %4d, switches %4d, purity %.4f, missed "
+      "%d of %d\n",
+      run.name, run.score.num_tracks, run.score.tracks_per_instance, run.score.fragmentations,
+      run.score.switches, run.score.purity, run.score.missed, run.score.num_instances);
 }
 
 TrackerConfig configOf(const TrackingRun& run) {

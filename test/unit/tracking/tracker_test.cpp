@@ -249,6 +249,78 @@ TEST(Tracker, MeanWeightedByPixelsFollowsTheLargerView) {
   EXPECT_TRUE(ended.finished[0].embedding.isApprox(makeEmbedding({0.75F, 0.25F}), 1e-6F));
 }
 
+TEST(Tracker, MeanWeightedByDistanceFollowsTheNearerView) {
+  TrackerConfig config = configWith(-0.99, 0.2);
+  config.feature_weight = FeatureWeight::kDistance;
+  Tracker tracker{config};
+  wallAt(1.0).add(0, 4, makeEmbedding({1.0F, 0.0F})).giveTo(tracker);
+  auto near = wallAt(1.1).add(0, 8, makeEmbedding({0.0F, 1.0F}));  // half of the same part
+  near.frame_.T_world_camera.translation().z() += 1.0;
+  near.frame_.depth.image.setTo(1000);
+  near.giveTo(tracker);
+  const auto ended = tracker.finish();
+  ASSERT_EQ(ended.finished.size(), 1U);
+  const ViewStatistics& views = ended.finished[0].views;
+  const double far_m = 2.0 * views.mean_distance_m - views.min_distance_m;
+  const double near_weight = std::pow(views.min_distance_m, -2);
+  const double far_weight = std::pow(far_m, -2);
+  const auto share = static_cast<float>(near_weight / (near_weight + far_weight));
+  EXPECT_GT(share, 0.7F);
+  EXPECT_TRUE(ended.finished[0].embedding.isApprox(makeEmbedding({1.0F - share, share}), 1e-5F));
+}
+
+TEST(Tracker, MeanWeightedByViewAngleFollowsTheFrontalView) {
+  // A floor seen at a low angle, then the same voxels from right above.
+  TrackerConfig config = configWith(-0.99, 0.05);
+  config.max_image_share = 1.0;
+  config.feature_weight = FeatureWeight::kViewAngle;
+  Tracker tracker{config};
+  auto above = wallAt(1.0).add(0, 20, makeEmbedding({1.0F, 0.0F}));
+  above.giveTo(tracker);
+  auto slanted = wallAt(1.1).add(0, 20, makeEmbedding({0.0F, 1.0F}));
+  const Eigen::Vector3d wall_point(1.0, 0.5, 2.05);
+  const double angle_rad = 1.2;  // of the line of sight to the wall's normal
+  slanted.frame_.T_world_camera.linear() =
+      Eigen::AngleAxisd(angle_rad, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  slanted.frame_.camera.cx_px = 49.5;
+  slanted.frame_.camera.cy_px = 24.5;
+  const Eigen::Vector3d axis = slanted.frame_.T_world_camera.linear().col(2);
+  slanted.frame_.T_world_camera.translation() = wall_point - 2.0 * axis;
+  for (int v = 0; v < 50; ++v) {
+    for (int u = 0; u < 100; ++u) {
+      const Eigen::Vector3d ray =
+          slanted.frame_.T_world_camera.linear() * slanted.frame_.camera.unproject(u, v, 1.0);
+      const double z_m = (2.05 - slanted.frame_.T_world_camera.translation().z()) / ray.z();
+      const bool hits = ray.z() > 0.0 && z_m < 5.0;
+      slanted.frame_.depth.image.at<std::uint16_t>(v, u) =
+          hits ? static_cast<std::uint16_t>(1000.0 * z_m) : std::uint16_t{0};
+    }
+  }
+  slanted.giveTo(tracker);
+  const auto ended = tracker.finish();
+  ASSERT_EQ(ended.finished.size(), 1U);
+  const Embedding& mean = ended.finished[0].embedding;
+  EXPECT_GT(mean[0], 0.6F);
+  EXPECT_GT(mean[1], 0.1F);
+  EXPECT_NEAR(mean.sum(), 1.0F, 1e-5F);
+  EXPECT_NEAR(ended.finished[0].views.spread_rad, angle_rad, 0.5);
+}
+
+TEST(Tracker, FinishedTracksKnowTheirBestView) {
+  Tracker tracker{configWith(-0.99, 0.1)};
+  wallAt(1.0).add(1, 2).giveTo(tracker);
+  wallAt(1.1).add(15, 2).add(1, 4).giveTo(tracker);
+  wallAt(1.2).add(1, 3).giveTo(tracker);
+  const auto ended = tracker.finish();
+  ASSERT_EQ(ended.finished.size(), 1U);
+  const ViewStatistics& views = ended.finished[0].views;
+  EXPECT_EQ(views.best.stamp, Stamp::fromSeconds(1.1));
+  EXPECT_EQ(views.best.segment, 2);
+  EXPECT_EQ(views.best_pixels, 1000U);
+  EXPECT_GT(views.min_distance_m, 2.0);
+  EXPECT_LT(views.mean_distance_m, 2.3);
+}
+
 TEST(Tracker, SegmentWithoutEmbeddingMatchesByIoUAndStaysOutOfTheMean) {
   Tracker tracker{TrackerConfig{}};
   const Embedding none = Embedding::Zero(2);

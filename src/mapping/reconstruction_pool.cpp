@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "task_scene_graph/mapping/reconstruction_pool.h"
+
+#include <algorithm>
+#include <exception>
+#include <utility>
+#ifdef __linux__
+#include <sys/resource.h>
+#endif
+
+namespace tsg::mapping {
+namespace {
+
+// Depth integration goes first where cores are scarce. On Linux this concerns the calling thread.
+void lowerPriority() {
+#ifdef __linux__
+  constexpr int kNice = 5;
+  setpriority(PRIO_PROCESS, 0, kNice);
+#endif
+}
+
+}  // namespace
+
+ReconstructionPool::ReconstructionPool(const ObjectReconstructor& reconstructor, int num_threads,
+                                       std::size_t max_pending)
+    : reconstructor_(reconstructor), max_pending_(std::max<std::size_t>(1, max_pending)) {
+  for (int i = 0; i < std::max(1, num_threads); ++i) threads_.emplace_back([this] { work(); });
+}
+
+ReconstructionPool::~ReconstructionPool() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    is_stopped_ = true;
+  }
+  changed_.notify_all();
+  for (auto& thread : threads_) thread.join();
+}
+
+void ReconstructionPool::submit(Track track, std::vector<SegmentedFrame> frames) {
+  std::unique_lock<std::mutex> lock(mutex_);
+  changed_.wait(lock, [this] { return pending_ < max_pending_; });
+  jobs_.push_back({std::move(track), std::move(frames), {}, false});
+  ++pending_;
+  changed_.notify_all();
+}
+
+std::vector<ReconstructionResult> ReconstructionPool::take() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  std::vector<ReconstructionResult> results;
+  while (!jobs_.empty() && jobs_.front().is_done) {
+    results.push_back(std::move(jobs_.front().result));
+    jobs_.pop_front();
+    --started_;
+  }
+  return results;
+}
+
+std::vector<ReconstructionResult> ReconstructionPool::takeAll() {
+  {
+    std::unique_lock<std::mutex> lock(mutex_);
+    changed_.wait(lock, [this] { return pending_ == 0; });
+  }
+  return take();
+}
+
+std::size_t ReconstructionPool::numPending() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return pending_;
+}
+
+void ReconstructionPool::work() {
+  lowerPriority();
+  std::unique_lock<std::mutex> lock(mutex_);
+  while (true) {
+    changed_.wait(lock, [this] { return is_stopped_ || started_ < jobs_.size(); });
+    if (is_stopped_) return;
+    Job& job = jobs_[started_++];
+    lock.unlock();
+    ReconstructionResult result = reconstruct(job);
+    std::vector<SegmentedFrame> used = std::move(job.frames);  // let go of without the lock
+    used.clear();
+    lock.lock();
+    job.result = std::move(result);
+    job.is_done = true;
+    --pending_;
+    changed_.notify_all();
+  }
+}
+
+ReconstructionResult ReconstructionPool::reconstruct(const Job& job) const {
+  try {
+    return reconstructor_.reconstruct(job.track, job.frames, PrimitiveId{});
+  } catch (const std::exception&) {
+    return {ReconstructionStatus::kBadFrames, nullptr};
+  }
+}
+
+}  // namespace tsg::mapping
