@@ -13,7 +13,8 @@ if(TSG_ROS_SOURCES)
   list(APPEND TSG_INSTALL_LIBRARIES tsg_ros)
 endif()
 
-file(GLOB TSG_NODELET_SOURCES CONFIGURE_DEPENDS src/nodelets/*_nodelet.cpp)
+file(GLOB TSG_NODELET_SOURCES CONFIGURE_DEPENDS src/nodelets/*_nodelet.cpp
+  src/nodelets/*_report.cpp)
 if(TSG_NODELET_SOURCES)
   add_library(tsg_nodelets SHARED ${TSG_NODELET_SOURCES})
   target_link_libraries(tsg_nodelets PUBLIC tsg_ros PRIVATE tsg_warnings)

@@ -78,6 +78,8 @@ OccupancyMap::OccupancyMap(const OccupancyConfig& config) : config_(config) {
   octree.enableChangeDetection(true);
 }
 
+OccupancyMap::OccupancyMap(OccupancyMap&&) noexcept = default;
+
 OccupancyMap::~OccupancyMap() = default;
 
 bool OccupancyMap::integrate(const RgbdFrame& frame) {

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "task_scene_graph/ros/occupancy_publisher.h"
 
+#include <ros/publisher.h>
+#include <ros/single_subscriber_publisher.h>
+
 #include "task_scene_graph/ros/occupancy_conversions.h"
 
 namespace tsg::ros_interface {

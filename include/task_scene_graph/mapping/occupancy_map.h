@@ -78,6 +78,7 @@ class OccupancyMap {
   /// @throws config::ConfigError if a value is out of range or min_range_m is not below
   /// max_range_m.
   explicit OccupancyMap(const OccupancyConfig& config);
+  OccupancyMap(OccupancyMap&&) noexcept;
   ~OccupancyMap();
 
   const OccupancyConfig& config() const { return config_; }
