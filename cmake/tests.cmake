@@ -4,7 +4,9 @@ file(GLOB TSG_SUPPORT_SOURCES CONFIGURE_DEPENDS test/support/*.cpp)
 add_library(tsg_test_support STATIC EXCLUDE_FROM_ALL ${TSG_SUPPORT_SOURCES})
 target_include_directories(tsg_test_support PUBLIC test/support)
 target_compile_definitions(tsg_test_support PUBLIC TSG_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}")
-target_link_libraries(tsg_test_support PUBLIC tsg_core nlohmann_json::nlohmann_json PRIVATE tsg_warnings)
+target_link_libraries(tsg_test_support
+  PUBLIC tsg_core nlohmann_json::nlohmann_json ${OCTOMAP_LIBRARIES}
+  PRIVATE tsg_warnings)
 
 function(tsg_add_unit_test module library)
   file(GLOB sources CONFIGURE_DEPENDS test/unit/${module}/*.cpp)

@@ -18,6 +18,7 @@ struct MeshFusionNodeletConfig {
   ros_interface::InputConfig input;
   std::string output;
   double mesh_period_s = 1.0;
+  double octomap_period_s = 1.0;
   int queue_size = 100;
   int object_queue_size = 1000;
   int frame_cache = 150;
@@ -28,9 +29,11 @@ struct MeshFusionNodeletConfig {
     pipeline::BackgroundFusionConfig::visit(self.background_fusion, v);
     pipeline::ObjectFusionConfig::visit(self.object_fusion, v);
     v.group("input", self.input);
-    v.field("output", self.output, {}, "", "folder that mesh.ply is written to; empty = none");
+    v.field("output", self.output, {}, "", "folder that mesh.ply and map.bt are written to; empty = none");
     v.field("mesh_period_s", self.mesh_period_s, {0.0, 3600.0}, "s",
             "least time (of the frames' stamps) between two messages on `mesh`");
+    v.field("octomap_period_s", self.octomap_period_s, {0.0, 3600.0}, "s",
+            "least time (of the frames' stamps) between two messages on `octomap`");
     v.field("queue_size", self.queue_size, {1, 10000}, "frames",
             "frames that wait for depth integration; the oldest is dropped");
     v.field("object_queue_size", self.object_queue_size, {10, 100000}, "messages",

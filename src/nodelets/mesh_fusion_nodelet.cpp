@@ -20,6 +20,7 @@
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/mesh_markers.h"
 #include "task_scene_graph/ros/message_conversions.h"
+#include "task_scene_graph/ros/occupancy_publisher.h"
 #include "task_scene_graph/ros/rgbd_input.h"
 #include "task_scene_graph/ros/topic_watch.h"
 #include "task_scene_graph/ros/worker.h"
@@ -89,6 +90,7 @@ class MeshFusionNodelet : public StageNodelet {
   ros::Publisher mesh_publisher_;
   ros::Publisher primitives_publisher_;
   ros::Publisher places_publisher_;
+  std::unique_ptr<ros_interface::OccupancyPublisher> occupancy_publisher_;  ///< null if off
   ros::ServiceServer save_server_;
   std::unique_ptr<ros_interface::FrameMatcher> matcher_;
   std::unique_ptr<ros_interface::TopicWatch> watch_;
@@ -139,6 +141,13 @@ void MeshFusionNodelet::startTopics() {
       "object_primitives", 1000,
       [this](const auto& subscriber) { greetPrimitivesSubscriber(subscriber); });
   places_publisher_ = handle.advertise<msg::PlaceGraph>("place_graph", 10, true);
+  if (background_->occupancy() != nullptr) {
+    occupancy_publisher_ = std::make_unique<ros_interface::OccupancyPublisher>(
+        handle,
+        ros_interface::OccupancyPublisher::Options{config_.input.world_frame,
+                                                   config_.octomap_period_s},
+        *background_->occupancy(), background_mutex_);
+  }
   save_server_ = serviceHandle().advertiseService("save_mesh", &MeshFusionNodelet::saveMesh, this);
   input_ = std::make_unique<ros_interface::RgbdInput>(
       handle, config_.input, report(),
@@ -223,6 +232,7 @@ void MeshFusionNodelet::processBackground(const BackgroundJob& job) {
     newest_frame_ = job.frame->stamp;
     publishMesh(newest_frame_, false);
     publishPlaces(newest_frame_, false);
+    if (occupancy_publisher_) occupancy_publisher_->publish(newest_frame_, false);
     reportBackground(*background_, report());
   } catch (const std::exception& e) {
     report().countDropped("error", std::string("dropped a frame: ") + e.what());
@@ -319,6 +329,7 @@ msg::FinishResponse MeshFusionNodelet::finish(const msg::FinishRequest& request,
   if (newest_frame_ != Stamp{}) {
     publishMesh(newest_frame_, true);
     publishPlaces(newest_frame_, true);
+    if (occupancy_publisher_) occupancy_publisher_->publish(newest_frame_, true);
     response.stamp = ros_interface::toRosTime(newest_frame_);
   }
   const std::lock_guard<std::mutex> primitives_lock(primitives_mutex_);
@@ -344,6 +355,9 @@ std::string MeshFusionNodelet::writeMesh() {
   std::filesystem::create_directories(path.parent_path());
   const std::lock_guard<std::mutex> lock(background_mutex_);
   mapping::writePly(path.string(), background_->extractMesh());
+  if (background_->occupancy() != nullptr) {
+    background_->occupancy()->write(path.parent_path() / "map.bt");
+  }
   return path.string();
 }
 

@@ -21,6 +21,9 @@ BackgroundFusion::BackgroundFusion(const BackgroundFusionConfig& config)
       depth_filter_(config.depth_filter),
       background_(config.background),
       free_space_(config.free_space),
+      occupancy_(config.occupancy.enabled
+                     ? std::make_unique<mapping::OccupancyMap>(config.occupancy)
+                     : nullptr),
       places_(config.places) {}
 
 mapping::IntegrationResult BackgroundFusion::integrate(const RgbdFrame& frame) {
@@ -30,6 +33,7 @@ mapping::IntegrationResult BackgroundFusion::integrate(const RgbdFrame& frame) {
   const mapping::IntegrationResult carved = free_space_.integrate(filtered);
   changed_blocks_.insert(changed_blocks_.end(), carved.changed_blocks.begin(),
                          carved.changed_blocks.end());
+  if (occupancy_) occupancy_->integrate(filtered);
   return background_.integrate(filtered);
 }
 

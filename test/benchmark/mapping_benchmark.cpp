@@ -11,6 +11,7 @@
 #include "synthetic_scene.h"
 #include "task_scene_graph/mapping/background_map.h"
 #include "task_scene_graph/mapping/depth_filter.h"
+#include "task_scene_graph/mapping/occupancy_map.h"
 
 namespace tsg::mapping {
 namespace {
@@ -92,6 +93,28 @@ void integrateSequence(benchmark::State& state, const char* sequence, bool carve
   state.counters["voxels/frame"] = static_cast<double>(voxels) / count;
 }
 
+/// Argument: resolution in centimetres. The octree grows from nothing.
+void integrateOccupancy(benchmark::State& state, const char* sequence) {
+  const auto& frames = findFrames(sequence);
+  if (frames.empty()) {
+    state.SkipWithError("the sequence is not here (set TSG_SHARED)");
+    return;
+  }
+  OccupancyConfig config;
+  config.resolution_m = 0.01 * static_cast<double>(state.range(0));
+  std::size_t changes = 0;
+  for (auto _ : state) {
+    OccupancyMap map(config);
+    for (const auto& frame : frames) {
+      map.integrate(frame);
+      changes += map.takeChanges().size();
+    }
+  }
+  const auto count = static_cast<double>(state.iterations()) * static_cast<double>(frames.size());
+  setSecondsPerFrame(state, count);
+  state.counters["changes/frame"] = static_cast<double>(changes) / count;
+}
+
 /// A frame, then an update of the mesh; only the update is timed.
 void updateMesh(benchmark::State& state, const char* sequence) {
   const auto& frames = findFrames(sequence);
@@ -153,6 +176,16 @@ BENCHMARK_CAPTURE(integrateSequence, house_a, "house_a", false)
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(integrateSequence, house_a_carving, "house_a", true)
     ->Args({10, 1})
+    ->Unit(benchmark::kMillisecond);
+
+BENCHMARK_CAPTURE(integrateOccupancy, room, "room")->Arg(10)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(integrateOccupancy, kitchen, "kitchen")
+    ->Arg(10)
+    ->Arg(5)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(integrateOccupancy, house_a, "house_a")
+    ->Arg(10)
+    ->Arg(5)
     ->Unit(benchmark::kMillisecond);
 
 BENCHMARK_CAPTURE(filterDepth, room, "room")->Arg(0)->Unit(benchmark::kMillisecond);

@@ -57,6 +57,8 @@ class Pipeline {
   scene_graph::SceneGraphPtr finish();
 
   Mesh extractMesh() { return background_.extractMesh(); }
+  /// Null unless mesh_fusion/occupancy/enabled.
+  const mapping::OccupancyMap* occupancy() { return background_.occupancy(); }
   const StageTimes& times() const { return times_; }
   const ObjectFusion& objects() const { return objects_; }
   const BackgroundFusion& background() const { return background_; }

@@ -44,7 +44,8 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
   options::options_description description(
       "Builds the scene graph of a recorded walk.\n"
       "usage: process_bag --bag B --object-tasks T --output DIR [options]\n"
-      "DIR gets scene_graph.json, summary.json, mesh.ply and timing.json.\noptions");
+      "DIR gets scene_graph.json, summary.json, mesh.ply and timing.json, and map.bt where\n"
+      "mesh_fusion/occupancy/enabled is set.\noptions");
   const auto text = [](std::string& value) {
     return options::value(&value)->default_value(value, value);
   };
@@ -171,6 +172,7 @@ int run(const Arguments& arguments) {
   scene_graph::writeSparkDsg(output / "scene_graph.json", *graph);
   scene_graph::writeSummary(output / "summary.json", *graph);
   mapping::writePly(output / "mesh.ply", pipeline.extractMesh());
+  if (pipeline.occupancy() != nullptr) pipeline.occupancy()->write(output / "map.bt");
   writeTiming(output / "timing.json", pipeline, bag);
   for (const auto& [reason, drops] : bag.drops()) {
     std::cerr << "dropped " << drops.count << " (" << reason << "): " << drops.example << "\n";

@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "task_scene_graph/mapping/occupancy_map.h"
+
+#include <octomap/OcTree.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+#include "task_scene_graph/config/config.h"
+#include "task_scene_graph/core/files.h"
+#include "task_scene_graph/mapping/tsdf_integrator.h"
+
+namespace tsg::mapping {
+namespace {
+
+constexpr int kCenterKey = 32768;  ///< of the voxel whose lowest corner is the world's origin
+
+GridIndex toIndex(const octomap::OcTreeKey& key) {
+  return {key[0] - kCenterKey, key[1] - kCenterKey, key[2] - kCenterKey};
+}
+
+octomap::point3d toPoint(const Eigen::Vector3d& p) {
+  return {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())};
+}
+
+void sortByIndex(std::vector<OccupancyVoxel>& voxels) {
+  std::sort(voxels.begin(), voxels.end(), [](const OccupancyVoxel& a, const OccupancyVoxel& b) {
+    return isBefore(a.index, b.index);
+  });
+}
+
+void requireConsistent(const OccupancyConfig& config) {
+  config::validate(config, "occupancy map");
+  if (config.min_range_m < config.max_range_m) return;
+  std::ostringstream text;
+  text << "min_range_m is " << config.min_range_m << ", expected less than max_range_m, which is "
+       << config.max_range_m;
+  throw config::ConfigError("occupancy map", {text.str()});
+}
+
+/// What OctoMap's own writers put before the data; they print to the terminal meanwhile.
+void writeHeader(const octomap::OcTree& octree, bool is_binary, std::ostream& out) {
+  out << "# Octomap OcTree " << (is_binary ? "binary " : "") << "file\n"
+      << "# (feel free to add / change comments, but leave the first line as it is!)\n#\n"
+      << "id " << octree.getTreeType() << "\nsize " << octree.size() << "\nres "
+      << octree.getResolution() << "\ndata\n";
+}
+
+}  // namespace
+
+/// The octree, and what one frame says of it.
+struct OccupancyMap::Tree {
+  explicit Tree(double resolution_m) : octree(resolution_m) {}
+
+  /// Precondition: both ends are in the tree (computeRayKeys() prints a warning otherwise).
+  void castRay(const octomap::point3d& origin, const octomap::OcTreeKey& end) {
+    octree.computeRayKeys(origin, octree.keyToCoord(end), ray);
+    passed.insert(ray.begin(), ray.end());
+  }
+
+  octomap::OcTree octree;
+  octomap::KeyRay ray;
+  octomap::KeySet ends;      ///< voxels of readings in range
+  octomap::KeySet far_ends;  ///< where rays of readings beyond the range stop
+  octomap::KeySet passed;
+};
+
+OccupancyMap::OccupancyMap(const OccupancyConfig& config) : config_(config) {
+  requireConsistent(config);
+  tree_ = std::make_unique<Tree>(config.resolution_m);
+  auto& octree = tree_->octree;
+  octree.setProbHit(config.hit_probability);
+  octree.setProbMiss(config.miss_probability);
+  octree.setClampingThresMin(config.clamp_min_probability);
+  octree.setClampingThresMax(config.clamp_max_probability);
+  octree.enableChangeDetection(true);
+}
+
+OccupancyMap::OccupancyMap(OccupancyMap&&) noexcept = default;
+
+OccupancyMap::~OccupancyMap() = default;
+
+bool OccupancyMap::integrate(const RgbdFrame& frame) {
+  frame.validate();
+  tree_->ends.clear();
+  tree_->far_ends.clear();
+  tree_->passed.clear();
+  collectRays(frame);
+  if (tree_->ends.empty() && tree_->far_ends.empty()) {
+    ++counters_.frames_without_depth;
+    return false;
+  }
+  const octomap::point3d origin = toPoint(frame.T_world_camera.translation());
+  for (const auto& end : tree_->ends) tree_->castRay(origin, end);
+  for (const auto& end : tree_->far_ends) tree_->castRay(origin, end);
+  for (const auto& key : tree_->passed) {
+    if (tree_->ends.count(key) == 0) tree_->octree.updateNode(key, false);
+  }
+  for (const auto& key : tree_->ends) tree_->octree.updateNode(key, true);
+  ++counters_.frames_integrated;
+  return true;
+}
+
+void OccupancyMap::collectRays(const RgbdFrame& frame) {
+  const Eigen::Vector3d origin_m = frame.T_world_camera.translation();
+  for (int v = 0; v < frame.camera.height_px; v += config_.pixel_stride) {
+    for (int u = 0; u < frame.camera.width_px; u += config_.pixel_stride) {
+      const double z_m = frame.depth.at(u, v);
+      if (z_m <= 0.0) continue;
+      addRay(origin_m, frame.T_world_camera * frame.camera.unproject(u, v, z_m));
+    }
+  }
+}
+
+void OccupancyMap::addRay(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& end_m) {
+  const double range_m = (end_m - origin_m).norm();
+  if (range_m < config_.min_range_m) return;
+  const bool is_beyond = range_m > config_.max_range_m;
+  const Eigen::Vector3d stop_m =
+      is_beyond ? Eigen::Vector3d(origin_m + (end_m - origin_m) * (config_.max_range_m / range_m))
+                : end_m;
+  octomap::OcTreeKey camera;
+  octomap::OcTreeKey stop;
+  const bool is_inside = tree_->octree.coordToKeyChecked(toPoint(origin_m), camera) &&
+                         tree_->octree.coordToKeyChecked(toPoint(stop_m), stop);
+  if (!is_inside) {
+    ++counters_.readings_out_of_tree;
+    return;
+  }
+  (is_beyond ? tree_->far_ends : tree_->ends).insert(stop);
+}
+
+Occupancy OccupancyMap::at(const Eigen::Vector3d& point_m) const {
+  octomap::OcTreeKey key;
+  if (!tree_->octree.coordToKeyChecked(toPoint(point_m), key)) return Occupancy::kUnknown;
+  const octomap::OcTreeNode* node = tree_->octree.search(key);
+  if (node == nullptr) return Occupancy::kUnknown;
+  return tree_->octree.isNodeOccupied(node) ? Occupancy::kOccupied : Occupancy::kFree;
+}
+
+std::vector<OccupancyVoxel> OccupancyMap::takeChanges() {
+  auto& octree = tree_->octree;
+  std::vector<OccupancyVoxel> changes;
+  changes.reserve(octree.numChangesDetected());
+  for (auto entry = octree.changedKeysBegin(); entry != octree.changedKeysEnd(); ++entry) {
+    const octomap::OcTreeNode* node = octree.search(entry->first);
+    changes.push_back({toIndex(entry->first), octree.isNodeOccupied(node)});
+  }
+  octree.resetChangeDetection();
+  sortByIndex(changes);
+  return changes;
+}
+
+std::vector<OccupancyLeaf> OccupancyMap::leaves() const {
+  std::vector<OccupancyLeaf> leaves;
+  const auto& octree = tree_->octree;
+  for (auto leaf = octree.begin_leafs(); leaf != octree.end_leafs(); ++leaf) {
+    leaves.push_back(
+        {{leaf.getX(), leaf.getY(), leaf.getZ()}, leaf.getSize(), octree.isNodeOccupied(*leaf)});
+  }
+  return leaves;
+}
+
+std::vector<OccupancyVoxel> OccupancyMap::voxels() const {
+  std::vector<OccupancyVoxel> voxels;
+  for (const auto& leaf : leaves()) {
+    const Eigen::Vector3d lowest_m = leaf.center_m.array() - 0.5 * leaf.side_m;
+    const GridIndex lowest = (lowest_m / config_.resolution_m).array().round().cast<int>().matrix();
+    const auto side = static_cast<int>(std::lround(leaf.side_m / config_.resolution_m));
+    for (int i = 0; i < side * side * side; ++i) {
+      const GridIndex step(i % side, i / side % side, i / (side * side));
+      voxels.push_back({lowest + step, leaf.is_occupied});
+    }
+  }
+  sortByIndex(voxels);
+  return voxels;
+}
+
+std::string OccupancyMap::serialize(bool binary) const {
+  std::ostringstream stream(std::ios::binary);
+  binary ? tree_->octree.writeBinaryData(stream) : tree_->octree.writeData(stream);
+  return stream.str();
+}
+
+void OccupancyMap::write(const std::filesystem::path& path) const {
+  const bool is_binary = path.extension() == ".bt";
+  if (!is_binary && path.extension() != ".ot") {
+    throw std::invalid_argument("occupancy map: file '" + path.string() +
+                                "' ends neither in .bt nor in .ot");
+  }
+  writeFileAtomically(path, [&](std::ostream& out) {
+    writeHeader(tree_->octree, is_binary, out);
+    is_binary ? tree_->octree.writeBinaryData(out) : tree_->octree.writeData(out);
+  });
+}
+
+}  // namespace tsg::mapping
