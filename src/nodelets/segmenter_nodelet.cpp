@@ -10,11 +10,13 @@
 #include "task_scene_graph/ros/stamp_order.h"
 #include "task_scene_graph/ros/topic_watch.h"
 #include "task_scene_graph/ros/worker.h"
+#include "task_scene_graph/segmentation/overlay.h"
 #include "task_scene_graph/segmentation/segmenter.h"
 
 namespace tsg::nodelets {
 
-/// `camera/color/image_raw` -> `segmentation`. Always works on the newest image there is.
+/// `camera/color/image_raw` -> `segmentation` and, while somebody looks at it,
+/// `segmentation_overlay`. Always works on the newest image there is.
 class SegmenterNodelet : public StageNodelet {
  public:
   ~SegmenterNodelet() override {
@@ -29,12 +31,15 @@ class SegmenterNodelet : public StageNodelet {
 
   void onImage(const sensor_msgs::ImageConstPtr& message);
   void process(const sensor_msgs::ImageConstPtr& message);
+  void publishOverlay(const ColorImage& color, const Segmentation& segmentation,
+                      const std::string& frame);
 
   std::unique_ptr<segmentation::Segmenter> segmenter_;
   ros_interface::StampOrder order_;
   std::mutex published_mutex_;
   Stamp last_stamp_;
   ros::Publisher publisher_;
+  ros::Publisher overlay_publisher_;
   std::unique_ptr<ros_interface::TopicWatch> watch_;
   std::unique_ptr<ros_interface::Worker<sensor_msgs::ImageConstPtr>> worker_;
   ros::Subscriber subscriber_;
@@ -52,6 +57,7 @@ void SegmenterNodelet::start() {
   segmenter_ = std::make_unique<segmentation::Segmenter>(segmentation::loadModelSet(config.models),
                                                          config.segmenter);
   publisher_ = getNodeHandle().advertise<msg::Segmentation>("segmentation", 100);
+  overlay_publisher_ = getNodeHandle().advertise<sensor_msgs::Image>("segmentation_overlay", 2);
   worker_ = std::make_unique<ros_interface::Worker<sensor_msgs::ImageConstPtr>>(
       1, [this](const sensor_msgs::ImageConstPtr& message) { process(message); });
   subscriber_ =
@@ -79,11 +85,21 @@ void SegmenterNodelet::process(const sensor_msgs::ImageConstPtr& message) {
     const Segmentation segmentation = segmenter_->segment(color);
     publisher_.publish(ros_interface::toMessage(segmentation, message->header.frame_id));
     report().countProcessed(timer.elapsedMs());
+    publishOverlay(color, segmentation, message->header.frame_id);
     const std::lock_guard<std::mutex> lock(published_mutex_);
     last_stamp_ = segmentation.stamp;
   } catch (const std::exception& e) {
     report().countDropped("error", std::string("dropped an image: ") + e.what());
   }
+}
+
+void SegmenterNodelet::publishOverlay(const ColorImage& color, const Segmentation& segmentation,
+                                      const std::string& frame) {
+  if (overlay_publisher_.getNumSubscribers() == 0) return;
+  const bool is_rgb = color.order == ColorOrder::kRgb;
+  overlay_publisher_.publish(ros_interface::toImageMessage(
+      segmentation::drawSegments(color.image, segmentation.labels, color.order),
+      is_rgb ? "rgb8" : "bgr8", color.stamp, frame));
 }
 
 void SegmenterNodelet::check() { watch_->check(); }

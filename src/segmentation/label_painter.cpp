@@ -135,4 +135,21 @@ LabelledSegments paintLabels(const std::vector<SegmentMask>& masks, cv::Size ima
   return segments;
 }
 
+void dropSegments(const std::vector<std::size_t>& dropped, LabelledSegments& segments) {
+  if (dropped.empty()) return;
+  LabelledSegments kept;
+  std::vector<Label> new_labels(segments.scores.size() + 1, 0);
+  for (std::size_t i = 0; i < segments.scores.size(); ++i) {
+    if (std::binary_search(dropped.begin(), dropped.end(), i)) continue;
+    kept.scores.push_back(segments.scores[i]);
+    kept.boxes_px.push_back(segments.boxes_px[i]);
+    kept.areas_px.push_back(segments.areas_px[i]);
+    new_labels[i + 1] = static_cast<Label>(kept.scores.size());
+  }
+  LabelImage labels = segments.labels;
+  relabel(new_labels, labels);
+  kept.labels = labels;
+  segments = kept;
+}
+
 }  // namespace tsg::segmentation

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "task_scene_graph/segmentation/segmenter.h"
 
-#include <atomic>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
 #include <optional>
 #include <stdexcept>
 #include <vector>
@@ -64,19 +66,22 @@ class Segmenter::Implementation {
     if (config.embed_crop || config.embed_masked_crop || config.embed_image) {
       encoder_.emplace(models, config.engine, config.encoder);
     }
+    if (config.schedule.mode == ScheduleMode::kReuse && countCropsPerSegment() > 0) {
+      schedule_.emplace(config.schedule, countCropsPerSegment());
+    }
     findSegments({{}, cv::Mat::zeros(480, 640, CV_8UC3), ColorOrder::kRgb, nullptr});
   }
 
   Segmentation segment(const ColorImage& color) {
     checkImage(color.image);
-    const LabelledSegments segments = findSegments(color);
-    Segmentation result;
-    result.stamp = color.stamp;
-    result.labels = segments.labels;
-    result.confidences = segments.scores;
-    embed(color, segments, result);
+    LabelledSegments segments = findSegments(color);
     ++counters_.images;
     if (segments.scores.empty()) ++counters_.images_without_segments;
+    Segmentation result;
+    result.stamp = color.stamp;
+    embed(color, segments, result);
+    result.labels = segments.labels;
+    result.confidences = segments.scores;
     return result;
   }
 
@@ -105,33 +110,70 @@ class Segmenter::Implementation {
     return paintLabels(masks, color.image.size(), config_.refine_masks, config_.min_area_px);
   }
 
-  /// Per segment: crop, masked crop (as configured); last the whole image.
-  std::vector<CropRequest> planCrops(const LabelledSegments& segments) const {
+  /// For each of these segments: crop, masked crop (as configured); last the whole image.
+  std::vector<CropRequest> planCrops(const LabelledSegments& segments,
+                                     const std::vector<std::size_t>& chosen,
+                                     bool embed_image) const {
     std::vector<CropRequest> crops;
-    for (std::size_t i = 0; i < segments.boxes_px.size(); ++i) {
+    for (const std::size_t i : chosen) {
       const cv::Rect box =
           padBox(segments.boxes_px[i], config_.crop_padding_px, segments.labels.size());
       if (config_.embed_crop) crops.push_back({box, 0});
       if (config_.embed_masked_crop) crops.push_back({box, static_cast<std::uint16_t>(i + 1)});
     }
-    if (config_.embed_image) crops.push_back({cv::Rect({0, 0}, segments.labels.size()), 0});
+    if (embed_image) crops.push_back({cv::Rect({0, 0}, segments.labels.size()), 0});
     return crops;
   }
 
-  void embed(const ColorImage& color, const LabelledSegments& segments, Segmentation& result) {
-    const auto num_segments = static_cast<Eigen::Index>(segments.scores.size());
-    result.embeddings = EmbeddingMatrix::Zero(num_segments, models_.embedding_size);
-    if (!encoder_) return;
-    const EmbeddingMatrix rows = encoder_->encode(color, segments.labels, planCrops(segments));
-    const Eigen::Index crops_per_segment = config_.embed_crop + config_.embed_masked_crop;
-    for (Eigen::Index s = 0; s < num_segments && crops_per_segment > 0; ++s) {
-      result.embeddings.row(s) = toUnit(
-          rows.middleRows(s * crops_per_segment, crops_per_segment).colwise().mean().transpose());
+  void embed(const ColorImage& color, LabelledSegments& segments, Segmentation& result) {
+    if (schedule_) {
+      embedOnSchedule(color, segments, result);
+      return;
     }
-    if (!config_.embed_image) return;
+    std::vector<std::size_t> all(segments.scores.size());
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    result.embeddings = encode(color, segments, all, config_.embed_image, result);
+  }
+
+  /// One row per chosen segment, of unit length or zeros; the whole image's goes to `result`.
+  EmbeddingMatrix encode(const ColorImage& color, const LabelledSegments& segments,
+                         const std::vector<std::size_t>& chosen, bool embed_image,
+                         Segmentation& result) {
+    const auto num_chosen = static_cast<Eigen::Index>(chosen.size());
+    EmbeddingMatrix embeddings = EmbeddingMatrix::Zero(num_chosen, models_.embedding_size);
+    if (!encoder_) return embeddings;
+    const std::vector<CropRequest> crops = planCrops(segments, chosen, embed_image);
+    const EmbeddingMatrix rows = encoder_->encode(color, segments.labels, crops);
+    counters_.crops_embedded += crops.size();
+    const Eigen::Index per_segment = countCropsPerSegment();
+    for (Eigen::Index s = 0; s < num_chosen && per_segment > 0; ++s) {
+      embeddings.row(s) =
+          toUnit(rows.middleRows(s * per_segment, per_segment).colwise().mean().transpose());
+    }
+    if (!embed_image) return embeddings;
     const Embedding image = toUnit(rows.row(rows.rows() - 1).transpose());
     if (!image.isZero(0.0F)) result.image_embedding = image;
+    return embeddings;
   }
+
+  void embedOnSchedule(const ColorImage& color, LabelledSegments& segments, Segmentation& result) {
+    EmbeddingSchedule::Plan plan = schedule_->plan(color, segments);
+    const std::vector<std::size_t> dropped = plan.dropped;
+    counters_.segments_reused += plan.reuse.size();
+    counters_.segments_dropped += dropped.size();
+    const bool embed_image = config_.embed_image && plan.embed_image;
+    const EmbeddingMatrix fresh = encode(color, segments, plan.embed, embed_image, result);
+    const EmbeddingMatrix rows = schedule_->commit(std::move(plan), fresh);
+    result.embeddings.resize(rows.rows() - static_cast<Eigen::Index>(dropped.size()), rows.cols());
+    Eigen::Index kept = 0;
+    for (std::size_t i = 0; i < segments.scores.size(); ++i) {
+      if (std::binary_search(dropped.begin(), dropped.end(), i)) continue;
+      result.embeddings.row(kept++) = rows.row(static_cast<Eigen::Index>(i));
+    }
+    dropSegments(dropped, segments);
+  }
+
+  int countCropsPerSegment() const { return config_.embed_crop + config_.embed_masked_crop; }
 
   /// Scaled to unit length; zeros, counted, if that is not possible.
   Embedding toUnit(const Embedding& mean) {
@@ -147,7 +189,8 @@ class Segmenter::Implementation {
   int input_size_px_ = 0;
   Network network_;
   std::optional<ImageEncoder> encoder_;
-  std::vector<float> tensor_;  ///< the segmenter's input, reused
+  std::optional<EmbeddingSchedule> schedule_;  ///< none: every segment of every image
+  std::vector<float> tensor_;                  ///< the segmenter's input, reused
   SegmenterCounters counters_;
 };
 

@@ -15,6 +15,7 @@
 
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/segmentation/model_set.h"
+#include "task_scene_graph/segmentation/overlay.h"
 #include "task_scene_graph/segmentation/segmenter.h"
 
 namespace fs = std::filesystem;
@@ -107,39 +108,6 @@ Arguments parse(const std::vector<std::string>& line) {
           makeConfig(words)};
 }
 
-/// Neighbouring labels get colours far apart: hues a golden angle from each other.
-cv::Vec3b colorOf(int label) {
-  const cv::Mat3b hsv(1, 1, cv::Vec3b(static_cast<std::uint8_t>(label * 111 % 180), 200, 255));
-  cv::Mat3b bgr;
-  cv::cvtColor(hsv, bgr, cv::COLOR_HSV2BGR);
-  return bgr(0, 0);
-}
-
-bool isEdge(const cv::Mat1w& labels, int u, int v) {
-  const auto label = labels(v, u);
-  return (u + 1 < labels.cols && labels(v, u + 1) != label) ||
-         (v + 1 < labels.rows && labels(v + 1, u) != label);
-}
-
-cv::Mat3b drawSegments(const cv::Mat3b& image, const Segmentation& segmentation) {
-  const cv::Mat1w labels = segmentation.labels;
-  std::vector<cv::Vec3b> colors;
-  for (std::size_t i = 0; i <= segmentation.numSegments(); ++i) {
-    colors.push_back(colorOf(static_cast<int>(i)));
-  }
-  cv::Mat3b drawn = image.clone();
-  for (int v = 0; v < labels.rows; ++v) {
-    for (int u = 0; u < labels.cols; ++u) {
-      if (isEdge(labels, u, v)) {
-        drawn(v, u) = cv::Vec3b(255, 255, 255);
-      } else if (labels(v, u) != 0) {
-        drawn(v, u) = 0.5 * image(v, u) + 0.5 * colors[labels(v, u)];
-      }
-    }
-  }
-  return drawn;
-}
-
 void writeScores(const Segmentation& segmentation, cv::Mat3b& drawn) {
   for (std::size_t i = 0; i < segmentation.confidences.size(); ++i) {
     const cv::Moments moments =
@@ -161,7 +129,7 @@ void segmentFile(const std::string& path, const fs::path& output,
   const std::int64_t before = cv::getTickCount();
   const Segmentation segmentation = segmenter.segment({{}, image, ColorOrder::kBgr, nullptr});
   const double seconds = static_cast<double>(cv::getTickCount() - before) / cv::getTickFrequency();
-  cv::Mat3b drawn = drawSegments(image, segmentation);
+  cv::Mat3b drawn = segmentation::drawSegments(image, segmentation.labels, ColorOrder::kBgr);
   writeScores(segmentation, drawn);
   const fs::path target = output / (fs::path(path).stem().string() + ".png");
   if (!cv::imwrite(target.string(), drawn)) {

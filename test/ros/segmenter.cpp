@@ -70,6 +70,29 @@ TEST_F(SegmenterNodelet, SegmentsTheMessageItselfAndKeepsStampAndFrame) {
   }));
 }
 
+TEST_F(SegmenterNodelet, AnOverlayIsDrawnForThoseWhoSubscribe) {
+  TSG_REQUIRE_ENGINE();
+  Recorder<sensor_msgs::Image> overlays("segmentation_overlay");
+  ASSERT_NO_FATAL_FAILURE(startSegmenter("segmenter"));
+  ASSERT_TRUE(overlays.waitForPublisher());
+  const auto image = makeImage(7.0);
+  images_.publish(sensor_msgs::ImageConstPtr(image));
+  ASSERT_TRUE(overlays.waitFor([&](const sensor_msgs::Image& message) {
+    return message.header.stamp == image->header.stamp;
+  }));
+  const auto overlay = overlays.messages().back();
+  EXPECT_EQ(overlay->header.frame_id, "camera");
+  EXPECT_EQ(overlay->encoding, "rgb8");
+  ASSERT_EQ(overlay->data.size(), image->data.size());
+  const auto pixel = [](const sensor_msgs::Image& message, std::size_t u, std::size_t v) {
+    const std::size_t i = v * message.step + 3 * u;
+    return std::vector<int>(message.data.begin() + static_cast<std::ptrdiff_t>(i),
+                            message.data.begin() + static_cast<std::ptrdiff_t>(i) + 3);
+  };
+  EXPECT_EQ(pixel(*overlay, 60, 44), pixel(*image, 60, 44));  // no segment
+  EXPECT_NE(pixel(*overlay, 18, 20), pixel(*image, 18, 20));  // inside the red one
+}
+
 TEST_F(SegmenterNodelet, NewestImageWinsAndDropsAreCounted) {
   TSG_REQUIRE_ENGINE();
   ASSERT_NO_FATAL_FAILURE(startSegmenter("segmenter"));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -23,5 +24,9 @@ struct LabelledSegments {
 /// @throws std::invalid_argument for more than 65535 masks.
 LabelledSegments paintLabels(const std::vector<SegmentMask>& masks, cv::Size image_size_px,
                              bool refine, int min_area_px);
+
+/// Removes segments, given by their ascending indices from 0; the others keep their order and get
+/// the labels 1, 2, ... O(pixels), nothing if there is none to remove.
+void dropSegments(const std::vector<std::size_t>& dropped, LabelledSegments& segments);
 
 }  // namespace tsg::segmentation

@@ -6,6 +6,7 @@
 
 #include "task_scene_graph/config/visitor.h"
 #include "task_scene_graph/core/frame.h"
+#include "task_scene_graph/segmentation/embedding_schedule.h"
 #include "task_scene_graph/segmentation/image_encoder.h"
 #include "task_scene_graph/segmentation/inference_engine.h"
 #include "task_scene_graph/segmentation/model_set.h"
@@ -22,6 +23,7 @@ struct SegmenterConfig {
   bool embed_masked_crop = true;
   bool embed_image = true;
   int crop_padding_px = 4;
+  ScheduleConfig schedule;
   ImageEncoderConfig encoder;
   EngineConfig engine;
 
@@ -41,16 +43,20 @@ struct SegmenterConfig {
     v.field("embed_image", self.embed_image, {}, "", "embed the whole image (for places)");
     v.field("crop_padding_px", self.crop_padding_px, {0, 4096}, "px",
             "margin around a segment's box");
+    v.group("schedule", self.schedule);
     v.group("encoder", self.encoder);
     v.group("engine", self.engine);
   }
 };
 
-/// What went wrong so far without stopping anything.
+/// What was done so far, and what went wrong without stopping anything.
 struct SegmenterCounters {
   std::uint64_t images = 0;
   std::uint64_t images_without_segments = 0;
   std::uint64_t embeddings_not_finite = 0;  ///< left as zeros: "not embedded"
+  std::uint64_t crops_embedded = 0;         ///< whole images among them
+  std::uint64_t segments_reused = 0;        ///< kept the embedding of an earlier image
+  std::uint64_t segments_dropped = 0;       ///< over the schedule's budget and without an embedding
 };
 
 /// Cuts a colour image into segments and embeds each of them and the whole image
@@ -60,6 +66,8 @@ struct SegmenterCounters {
 /// the segment black; the mean of both, scaled to unit length, is the segment's embedding.
 /// deviation: the paper's program does not scale it; cosines are the same, and means over frames
 /// then weigh all frames alike. It also keeps segments of any size; here `min_area_px` applies.
+///
+/// With schedule/mode `reuse`, see EmbeddingSchedule; results then depend on the images before.
 ///
 /// Thread safety: `segment` and `counters` belong to one thread; `cancel` may come from any. The
 /// result does not depend on the number of threads.

@@ -108,6 +108,27 @@ TEST(PaintLabels, SegmentsBelowTheSmallestAreaAreDroppedAndLabelsStayDense) {
   EXPECT_EQ(segments.labels.at<std::uint16_t>(1, 13), 2);
 }
 
+TEST(DropSegments, TheOthersKeepTheirPixelsInDenseLabels) {
+  const LabelledSegments before = paintLabels(makeRandomMasks(9, {60, 50}, 8), {60, 50}, false, 1);
+  const std::size_t count = before.scores.size();
+  ASSERT_GE(count, 5U);
+  LabelledSegments after = before;
+  after.labels = before.labels.clone();
+  dropSegments({0, 3}, after);
+  ASSERT_EQ(after.scores.size(), count - 2);
+  int label = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (i == 0 || i == 3) continue;
+    const auto kept = static_cast<std::size_t>(label++);
+    EXPECT_EQ(cv::norm(after.labels == label, before.labels == static_cast<double>(i + 1)), 0.0);
+    EXPECT_EQ(after.scores[kept], before.scores[i]);
+    EXPECT_EQ(after.boxes_px[kept], before.boxes_px[i]);
+    EXPECT_EQ(after.areas_px[kept], before.areas_px[i]);
+  }
+  EXPECT_EQ(cv::countNonZero(after.labels),
+            cv::countNonZero(before.labels) - before.areas_px[0] - before.areas_px[3]);
+}
+
 TEST(PaintLabels, NoMaskGivesAnImageOfZeros) {
   const auto segments = paintLabels({}, {20, 10}, true, 0);
   EXPECT_EQ(segments.labels.size(), cv::Size(20, 10));

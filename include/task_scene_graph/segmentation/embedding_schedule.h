@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "task_scene_graph/config/visitor.h"
+#include "task_scene_graph/core/embedding.h"
+#include "task_scene_graph/core/frame.h"
+#include "task_scene_graph/segmentation/appearance.h"
+#include "task_scene_graph/segmentation/label_painter.h"
+
+namespace tsg::segmentation {
+
+/// Which segments the image encoder sees.
+enum class ScheduleMode {
+  kExact,  ///< all of every image
+  kReuse,  ///< those that are new, have changed, or were embedded long ago
+};
+
+struct ScheduleConfig {
+  ScheduleMode mode = ScheduleMode::kExact;
+  int max_crops_per_frame = 0;
+  double max_age_s = 2.0;
+  double max_gap_s = 1.0;
+  double image_period_s = 0.5;
+  double min_mask_iou = 0.5;
+  double max_color_change_8bit = 20.0;
+  double max_shift = 0.15;
+
+  template <typename Self, typename Visitor>
+  static void visit(Self& self, Visitor& v) {
+    v.choice("mode", self.mode,
+             config::Choices<ScheduleMode>{{"exact", ScheduleMode::kExact},
+                                           {"reuse", ScheduleMode::kReuse}},
+             "exact: embed every segment of every image; reuse: a segment that continues one of "
+             "the image before keeps its embedding. The other parameters here act in reuse only");
+    v.field("max_crops_per_frame", self.max_crops_per_frame, {0, 1e6}, "",
+            "most crops of segments that one image may cost (two per segment by default), but one "
+            "segment at least; 0: no limit");
+    v.field("max_age_s", self.max_age_s, {0.0, 1e6}, "s",
+            "a segment that was last embedded longer ago is embedded again");
+    v.field("max_gap_s", self.max_gap_s, {0.0, 1e6}, "s",
+            "after a longer gap between two images, or a step back, nothing is reused");
+    v.field("image_period_s", self.image_period_s, {0.0, 1e6}, "s",
+            "the whole image is embedded when this has passed since it was last");
+    v.field("min_mask_iou", self.min_mask_iou, {0.0, 1.0}, "",
+            "a segment continues another if their masks, laid upon each other, have this IoU");
+    v.field("max_color_change_8bit", self.max_color_change_8bit, {0.0, 255.0}, "",
+            "a segment whose colours differ more from those it was embedded with has changed");
+    v.field("max_shift", self.max_shift, {0.0, 2.0}, "",
+            "a segment's centre moves at most so far between two images, in image widths");
+  }
+};
+
+/// Chooses which segments of an image need the image encoder, and carries the embeddings of the
+/// others on from the image before.
+///
+/// A segment *continues* one of the image before if it lies near it and its mask, moved upon the
+/// other, has `min_mask_iou`; pairs are made greedily, most similar first, each segment at most
+/// once. It is *unchanged* if mask and colours still are those it was embedded with. What needs the
+/// encoder comes in this order: segments that continue none, changed ones, old ones; among equals
+/// the best view first (large, central, not cut off by the image's border). Those beyond the budget
+/// carry on what they have; one that has nothing is dropped.
+///
+/// A carried embedding is the running mean of a segment's embeddings since it last changed, scaled
+/// to unit length.
+///
+/// deviation: issue and paper speak of tracks and voxel IoU. Those are known after this stage, and
+/// asking the tracker would close a circle in the chain; at a camera's rate, what continues a track
+/// mostly continues a segment of the image before as well, and what does not is embedded.
+///
+/// The result depends on the images only. Thread safety: one thread.
+class EmbeddingSchedule {
+ public:
+  /// What is known of one segment.
+  struct Memory {
+    cv::Rect box_px;
+    Appearance seen;      ///< in the newest image
+    Appearance embedded;  ///< when it was embedded
+    Stamp embedded_at;
+    Embedding sum;  ///< of unit embeddings since the last change; empty = none yet
+  };
+
+  /// What to do with the segments of one image, by index.
+  struct Plan {
+    std::vector<std::size_t> embed;    ///< most urgent first
+    std::vector<std::size_t> reuse;    ///< ascending
+    std::vector<std::size_t> dropped;  ///< ascending; without an embedding, and over the budget
+    bool embed_image = true;
+    std::vector<Memory> memories;  ///< one per segment, the embeddings of `embed` still missing
+    std::vector<bool> restart;     ///< per segment: forget `sum` when embedded
+    Stamp stamp;
+    cv::Size image_size_px;
+  };
+
+  EmbeddingSchedule(const ScheduleConfig& config, int crops_per_segment);
+
+  /// Changes nothing. O(pixels in boxes + S * S' of near pairs).
+  Plan plan(const ColorImage& color, const LabelledSegments& segments) const;
+
+  /// Takes in what the encoder gave and makes the plan's image the one before.
+  /// @param fresh  row i belongs to plan.embed[i]; unit length, or zeros = could not be embedded.
+  /// @return one row per segment; zeros for dropped ones and where the encoder failed.
+  EmbeddingMatrix commit(Plan plan, const EmbeddingMatrix& fresh);
+
+ private:
+  bool isContinued(const Plan& plan) const;
+  std::vector<std::optional<std::size_t>> findPredecessors(const Plan& plan) const;
+  void inherit(Plan& plan) const;
+  void choose(const std::vector<int>& areas_px, Plan& plan) const;
+  std::size_t budget(std::size_t num_segments) const;
+
+  ScheduleConfig config_;
+  int crops_per_segment_;
+  std::vector<Memory> memories_;  ///< segments of the image before; none before the first
+  Stamp stamp_;
+  cv::Size image_size_px_;  ///< empty before the first image
+  Stamp image_embedded_at_;
+};
+
+}  // namespace tsg::segmentation
