@@ -1,0 +1,2 @@
+def evaluate_all(arguments):
+    pass
