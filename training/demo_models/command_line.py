@@ -32,7 +32,7 @@ def parse(description):
                         default=ROOT / "build" / "devel" / "lib" / "task_scene_graph")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--segmenter-steps", type=int, default=2400)
-    parser.add_argument("--encoder-steps", type=int, default=2400)
+    parser.add_argument("--encoder-steps", type=int, default=1600)
     parser.add_argument("--step", action="append", choices=STEPS, help="only this one; repeatable")
     return parser.parse_args()
 

@@ -77,6 +77,9 @@ ABSENT = (
     "swimming pool", "garage", "garden", "fridge magnet", "engine", "wheelchair", "treadmill")
 
 
+UNKNOWN = "qqq"  # stands for a word that is in no sentence
+
+
 @dataclass(frozen=True)
 class Text:
     """A sentence and what it is true of; None = any."""
@@ -96,10 +99,16 @@ def is_held_out(phrase, color):
     return (color, phrase) in HELD_OUT_PAIRS
 
 
+def draw_frame(rng: random.Random, frames):
+    """Now and then with a word that nobody knows, which is to change nothing."""
+    frame = rng.choice(frames)
+    return f"{UNKNOWN} {frame}" if rng.random() < 0.06 else frame
+
+
 def describe_thing(rng: random.Random, phrase, color):
     """A random sentence that is true of a thing."""
     color = color_of(phrase, color)
-    frame = rng.choice(OBJECT_FRAMES)
+    frame = draw_frame(rng, OBJECT_FRAMES)
     classes = frozenset({phrase})
     kind = rng.random()
     if color is not None and kind < 0.08:
@@ -121,7 +130,7 @@ def describe_thing(rng: random.Random, phrase, color):
 
 def describe_room(rng: random.Random, room):
     name = rng.choice((room,) * 3 + ROOM_SYNONYMS.get(room, ()))
-    return Text(rng.choice(ROOM_FRAMES).format(name), rooms=frozenset({room}))
+    return Text(draw_frame(rng, ROOM_FRAMES).format(name), rooms=frozenset({room}))
 
 
 def describe_nothing(rng: random.Random):
@@ -130,9 +139,6 @@ def describe_nothing(rng: random.Random):
     if rng.random() < 0.2:
         noun = f"{rng.choice(COLORS)} {noun}"
     return Text(rng.choice(OBJECT_FRAMES).format(noun), absent=True)
-
-
-UNKNOWN = "qqq"  # stands for a word that is in no sentence
 
 
 def list_phrases(things):
