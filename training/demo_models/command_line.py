@@ -28,6 +28,9 @@ def parse(description):
     parser.add_argument("--work", type=Path, required=True,
                         help="folder for renders, caches and checkpoints (8 GB)")
     parser.add_argument("--output", type=Path, default=ROOT / "models" / "demo")
+    parser.add_argument("--reference", type=Path,
+                        default=ROOT / "test" / "data" / "demo_models_reference.json",
+                        help="outputs for the tests to compare with")
     parser.add_argument("--programs", type=Path,
                         default=ROOT / "build" / "devel" / "lib" / "task_scene_graph")
     parser.add_argument("--seed", type=int, default=1)

@@ -97,4 +97,4 @@ def export_all(arguments):
     (output / "models.yaml").write_text(MODEL_SET.format(
         score=SCORE_THRESHOLD, iou=IOU_THRESHOLD, size=EMBEDDING_SIZE, mean=IMAGE_MEAN,
         std=IMAGE_STD, alpha=ALPHA))
-    (output / "reference.json").write_text(json.dumps(describe_reference(segments, image, texts)))
+    arguments.reference.write_text(json.dumps(describe_reference(segments, image, texts)) + "\n")

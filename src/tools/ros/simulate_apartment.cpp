@@ -39,7 +39,7 @@ FILE.place_tasks.yaml (names and embeddings), FILE.ground_truth/ (instances, roo
   --width W           of the images; the field of view stays the same (640)
   --height H          (480)
   --noise on|off      depth as an active stereo camera measures it, or exact (on)
-  --no-segmentation   no /segmentation: somebody else's segmenter is to look at the images
+  --no-segmentation   no /segmentation, and tasks in words only: for networks that look at the images
   --threads N         the result does not depend on it (all cores)
 )";
 
@@ -245,8 +245,9 @@ void simulate(const Options& options) {
   fs::path stem = options.output;
   if (stem.extension() == ".bag") stem.replace_extension();
   const std::vector<TaskTruth> tasks = makeObjectTasks(apartment);
-  writeTaskEmbeddings(stem.string() + ".object_tasks.yaml", tasks);
-  writeTaskEmbeddings(stem.string() + ".place_tasks.yaml", makePlaceTasks(apartment));
+  const auto writeTasks = options.segmentation ? writeTaskEmbeddings : writeTaskNames;
+  writeTasks(stem.string() + ".object_tasks.yaml", tasks);
+  writeTasks(stem.string() + ".place_tasks.yaml", makePlaceTasks(apartment));
   for (WalkPose& pose : walk) pose.stamp.ns += kStart_ns;
   writeGroundTruth(stem.string() + ".ground_truth", apartment, tasks, walk);
   std::cout << "[simulate_apartment] wrote " << options.output.string() << ", " << stem.string()
