@@ -8,11 +8,13 @@ from pathlib import Path
 
 import cv2
 import torch
+from torch import distributed
 
 from . import data, encoder_training, segmenter_training
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-STEPS = ("render", "cache", "train", "export", "evaluate")
+STEPS = ("render", "cache", "train_encoder", "train_segmenter", "export", "evaluate")
+NUM_PROCESSES = 2  # of each training; results depend on it
 # folder: first seed of the apartments (disjoint), number of them, views of each, surfaces
 RENDERED = {
     "train": ((10001, 240, 20, "training"), (20001, 60, 20, "own")),
@@ -36,6 +38,9 @@ def parse(description):
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--segmenter-steps", type=int, default=2400)
     parser.add_argument("--encoder-steps", type=int, default=1600)
+    parser.add_argument("--limit-minutes", type=float,
+                        help="of each training; it then ends early, no longer the same for every run")
+    parser.add_argument("--resume", action="store_true", help="begin with the checkpoints in --work")
     parser.add_argument("--step", action="append", choices=STEPS, help="only this one; repeatable")
     return parser.parse_args()
 
@@ -54,36 +59,48 @@ def load_training_data(arguments):
                      disturb=True, processes=os.cpu_count())
 
 
-def train_one(kind, arguments):
+def train_one(kind, rank, arguments):
+    """One of the two processes that train a network; each has one thread and batches of its own."""
     cv2.setNumThreads(1)
     torch.set_num_threads(1)
+    distributed.init_process_group("gloo", init_method=f"file://{meeting_point(arguments)}", rank=rank,
+                                   world_size=NUM_PROCESSES)
     views, crops = load_training_data(arguments)
     if kind == "segmenter":
-        segmenter_training.train(views, arguments.work / "segmenter.pt", arguments.segmenter_steps,
-                                 arguments.seed)
+        schedule = segmenter_training.Schedule(arguments.segmenter_steps, arguments.limit_minutes)
+        segmenter_training.train(views, arguments.work / "segmenter.pt", schedule, arguments.seed,
+                                 resume=arguments.resume)
     else:
-        encoder_training.train(crops, arguments.work / "encoder.pt", arguments.encoder_steps,
-                               arguments.seed)
+        schedule = segmenter_training.Schedule(arguments.encoder_steps, arguments.limit_minutes)
+        encoder_training.train(crops, arguments.work / "encoder.pt", schedule, arguments.seed,
+                               resume=arguments.resume)
+    distributed.destroy_process_group()
 
 
-def train(arguments):
-    """Both networks at once, one thread each: results do not depend on what else runs."""
+def meeting_point(arguments):
+    return (arguments.work / "processes").resolve()
+
+
+def train(kind, arguments):
+    meeting_point(arguments).unlink(missing_ok=True)
     context = multiprocessing.get_context("spawn")
-    processes = [context.Process(target=train_one, args=(kind, arguments))
-                 for kind in ("segmenter", "encoder")]
+    processes = [context.Process(target=train_one, args=(kind, rank, arguments))
+                 for rank in range(NUM_PROCESSES)]
     for process in processes:
         process.start()
     for process in processes:
         process.join()
     if any(process.exitcode != 0 for process in processes):
-        raise RuntimeError("training failed, see above")
+        raise RuntimeError(f"training of the {kind} failed, see above")
 
 
 def main(description):
     arguments = parse(description)
     arguments.work.mkdir(parents=True, exist_ok=True)
     from . import evaluate, export
-    actions = {"render": render, "cache": load_training_data, "train": train,
+    actions = {"render": render, "cache": load_training_data,
+               "train_encoder": lambda a: train("encoder", a),
+               "train_segmenter": lambda a: train("segmenter", a),
                "export": export.export_all, "evaluate": evaluate.evaluate_all}
     for step in arguments.step or STEPS:
         print(f"[train_demo_models] {step}", flush=True)

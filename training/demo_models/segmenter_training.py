@@ -5,6 +5,7 @@ import time
 
 import numpy as np
 import torch
+from torch import distributed
 
 from .data import CONTENT_ROWS, SEGMENTER_SIZE
 from .segmenter_loss import compute_loss
@@ -78,8 +79,16 @@ class Average:
 
 
 def descend(loss, network, optimizer, max_norm):
+    """One step, with the mean gradient of all processes if there are several."""
     optimizer.zero_grad()
     loss.backward()
+    if distributed.is_initialized():
+        gradients = [p.grad for p in network.parameters()]
+        flat = torch.cat([g.flatten() for g in gradients])
+        distributed.all_reduce(flat)
+        flat /= distributed.get_world_size()
+        for gradient, part in zip(gradients, flat.split([g.numel() for g in gradients])):
+            gradient.copy_(part.reshape(gradient.shape))
     torch.nn.utils.clip_grad_norm_(network.parameters(), max_norm)
     optimizer.step()
 
@@ -91,33 +100,57 @@ def set_rate(optimizer, share, peak):
         group["lr"] = peak * factor
 
 
-def train(views, output, steps, seed, batch_size=8, peak_rate=2e-3):
-    """Saves the averaged weights to `output` once a minute and at the end."""
+class Schedule:
+    """Share of the training that is over: by steps, or by time where that is further."""
+
+    def __init__(self, steps, limit_min=None):
+        self.steps = steps
+        self.limit_s = 60 * limit_min if limit_min else float("inf")
+        self.start = time.monotonic()
+
+    def elapsed_s(self):
+        return time.monotonic() - self.start
+
+    def share(self, step):
+        share = torch.tensor(max(step / self.steps, self.elapsed_s() / self.limit_s))
+        if distributed.is_initialized():
+            distributed.broadcast(share, 0)
+        return float(share)
+
+
+def train(views, output, schedule, seed, batch_size=8, peak_rate=2e-3, resume=False):
+    """Saves the averaged weights to `output` once a minute and at the end. `resume`: begins with what
+    is there. In several processes (torch.distributed), each takes a batch of its own."""
+    rank = distributed.get_rank() if distributed.is_initialized() else 0
     torch.manual_seed(seed)
-    generator = torch.Generator().manual_seed(seed)
-    order = np.random.default_rng(seed)
     network = Segmenter(SEGMENTER_SIZE).to(memory_format=torch.channels_last)
+    if resume:
+        network.load_state_dict(torch.load(output, weights_only=True))
+    generator = torch.Generator().manual_seed(1000 * seed + rank)
+    order = np.random.default_rng(1000 * seed + rank)
     optimizer = torch.optim.AdamW(network.parameters(), peak_rate, weight_decay=0.02)
     average = Average(network)
-    start = saved = time.monotonic()
-    queue, recent = [], []
-    for step in range(steps):
+    step, saved_s, queue, recent = 0, 0.0, [], []
+    while (share := schedule.share(step)) < 1.0:
         if len(queue) < batch_size:
             queue = order.permutation(len(views.things)).tolist()
         batch, queue = queue[:batch_size], queue[batch_size:]
-        num_rows = FEW_ROWS if step < ALL_ROWS_FROM * steps else SEGMENTER_SIZE
+        num_rows = FEW_ROWS if share < ALL_ROWS_FROM else SEGMENTER_SIZE
         images, labels, things = make_batch(views, sorted(batch), num_rows, generator)
-        set_rate(optimizer, step / steps, peak_rate)
+        set_rate(optimizer, share, peak_rate)
         with torch.autocast("cpu", torch.bfloat16):
             raw = network.compute_raw(images, (SEGMENTER_SIZE - num_rows) // 2)
         loss, parts = compute_loss(raw, things, labels, generator)
         descend(loss, network, optimizer, 10.0)
         average.update(network)
+        step += 1
         recent.append(parts)
-        if (step + 1) % 50 == 0:
-            print(f"[segmenter] step {step + 1}/{steps} {time.monotonic() - start:.0f} s, "
+        if rank == 0 and step % 50 == 0:
+            print(f"[segmenter] step {step} ({share:.0%}) {schedule.elapsed_s():.0f} s, "
                   "score/box/mask/dice " + " ".join(f"{v:.3f}" for v in np.mean(recent, 0)), flush=True)
             recent = []
-        if time.monotonic() - saved > 60 or step + 1 == steps:
-            saved = time.monotonic()
+        if rank == 0 and schedule.elapsed_s() - saved_s > 60:
+            saved_s = schedule.elapsed_s()
             torch.save(average.state, output)
+    if rank == 0:
+        torch.save(average.state, output)
