@@ -118,11 +118,11 @@ def embed_pairs(encoder, images):
 
 
 def make_order(crops, rng):
-    """One pass, in which kinds of things count by the square root of their number, rooms twice."""
+    """One pass, in which kinds of things count by the root of their number, rooms thrice."""
     kinds = [p or r for p, r in zip(crops.phrases, crops.rooms)]
     names, counts = np.unique(kinds, return_counts=True)
     frequency = dict(zip(names, counts))
-    weights = np.array([(2 if r else 1) * frequency[k] ** -0.5 for k, r in zip(kinds, crops.rooms)])
+    weights = np.array([(3 if r else 1) * frequency[k] ** -0.5 for k, r in zip(kinds, crops.rooms)])
     return rng.choice(len(kinds), len(kinds), p=weights / weights.sum())
 
 
