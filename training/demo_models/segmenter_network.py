@@ -11,6 +11,7 @@ from torch.nn import functional
 STRIDES = (8, 16, 32)
 NUM_PROTOTYPES = 32
 HEAD_CHANNELS = 64
+BOX_GROWTH = 1.1  # masks are cut off at their boxes: a box that is a little too large does less harm
 
 
 class Convolution(nn.Module):
@@ -135,6 +136,6 @@ class Segmenter(nn.Module):
         """FastSAM's signature: [N,37,A] (cx cy w h, score, 32 coefficients), [N,32,S/4,S/4]."""
         boxes, scores, coefficients, prototypes, _, _ = self.compute_raw(images)
         corner, end = boxes[..., :2], boxes[..., 2:]
-        columns = torch.cat((0.5 * (corner + end), end - corner, scores.sigmoid()[..., None],
-                             coefficients), -1)
+        columns = torch.cat((0.5 * (corner + end), BOX_GROWTH * (end - corner),
+                             scores.sigmoid()[..., None], coefficients), -1)
         return columns.transpose(1, 2), prototypes

@@ -20,6 +20,7 @@
 #include "task_scene_graph/simulation/ground_truth.h"
 #include "task_scene_graph/simulation/renderer.h"
 #include "task_scene_graph/simulation/segment_simulator.h"
+#include "task_scene_graph/simulation/variation.h"
 #include "task_scene_graph/simulation/walk.h"
 
 namespace {
@@ -88,14 +89,6 @@ bool parseSwitch(const std::string& option, const std::string& text) {
   return text == "on";
 }
 
-/// The field of view of a 640x480 image with fx = fy = 525, whatever the size.
-void setFocalLength(CameraModel& camera) {
-  camera.fx_px = 525.0 * camera.width_px / 640.0;
-  camera.fy_px = camera.fx_px;
-  camera.cx_px = 0.5 * (camera.width_px - 1);
-  camera.cy_px = 0.5 * (camera.height_px - 1);
-}
-
 Options parseOptions(const std::vector<std::string>& arguments) {
   Options options;
   options.camera.width_px = 640;
@@ -132,7 +125,7 @@ Options parseOptions(const std::vector<std::string>& arguments) {
   }
   if (options.output.empty()) throw std::invalid_argument("--output is missing");
   if (options.num_threads < 1) throw std::invalid_argument("--threads, expected at least 1");
-  setFocalLength(options.camera);
+  options.camera = makeDefaultCamera(options.camera.width_px, options.camera.height_px);
   options.camera.validate();
   return options;
 }
