@@ -80,4 +80,10 @@ void writeTaskEmbeddings(const std::filesystem::path& path, const std::vector<Ta
   });
 }
 
+void writeTaskNames(const std::filesystem::path& path, const std::vector<TaskTruth>& tasks) {
+  writeFileAtomically(path, [&](std::ostream& out) {
+    for (const TaskTruth& task : tasks) out << "- \"" << task.name << "\"\n";
+  });
+}
+
 }  // namespace tsg::simulation

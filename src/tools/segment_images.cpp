@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <iostream>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
@@ -14,6 +15,7 @@
 #include <vector>
 
 #include "task_scene_graph/config/config.h"
+#include "task_scene_graph/core/files.h"
 #include "task_scene_graph/segmentation/model_set.h"
 #include "task_scene_graph/segmentation/overlay.h"
 #include "task_scene_graph/segmentation/segmenter.h"
@@ -30,12 +32,16 @@ constexpr const char* kUsage =
     "  --score-threshold X     in place of the model set's\n"
     "  --iou-threshold X       in place of the model set's\n"
     "  --embed                 also embed the segments, to see how long that takes\n"
+    "  --data                  also embed, and write DIR/<image name>.labels.png (16 bit) and "
+    ".json\n"
+    "                          (scores, embeddings, image_embedding)\n"
     "  --help                  this text and the parameters\n";
 
 struct Arguments {
   std::string models;
   std::string output;
   std::vector<std::string> images;
+  bool write_data = false;
   segmentation::SegmenterConfig config;
 };
 
@@ -54,6 +60,7 @@ struct Words {
                                              {"--score-threshold", ""},
                                              {"--iou-threshold", ""}};
   bool embed = false;
+  bool write_data = false;
   std::vector<std::string> images;
 };
 
@@ -66,6 +73,8 @@ Words sortWords(const std::vector<std::string>& line) {
       option->second = line[++i];
     } else if (line[i] == "--embed") {
       words.embed = true;
+    } else if (line[i] == "--data") {
+      words.embed = words.write_data = true;
     } else if (line[i].rfind("--", 0) == 0) {
       throw std::invalid_argument("unknown option " + line[i]);
     } else {
@@ -105,7 +114,7 @@ Arguments parse(const std::vector<std::string>& line) {
   }
   if (words.images.empty()) throw std::invalid_argument("no image given");
   return {words.options.at("--models"), words.options.at("--output"), words.images,
-          makeConfig(words)};
+          words.write_data, makeConfig(words)};
 }
 
 void writeScores(const Segmentation& segmentation, cv::Mat3b& drawn) {
@@ -122,7 +131,28 @@ void writeScores(const Segmentation& segmentation, cv::Mat3b& drawn) {
   }
 }
 
-void segmentFile(const std::string& path, const fs::path& output,
+void writeImage(const fs::path& path, const cv::Mat& image) {
+  if (!cv::imwrite(path.string(), image)) {
+    throw std::runtime_error("cannot write '" + path.string() + "'");
+  }
+}
+
+std::vector<float> toVector(const Embedding& embedding) {
+  return {embedding.data(), embedding.data() + embedding.size()};
+}
+
+void writeData(const fs::path& stem, const Segmentation& segmentation) {
+  writeImage(stem.string() + ".labels.png", segmentation.labels);
+  nlohmann::json data{{"scores", segmentation.confidences},
+                      {"embeddings", nlohmann::json::array()},
+                      {"image_embedding", toVector(segmentation.image_embedding)}};
+  for (Eigen::Index i = 0; i < segmentation.embeddings.rows(); ++i) {
+    data["embeddings"].push_back(toVector(segmentation.embeddings.row(i).transpose()));
+  }
+  writeFileAtomically(stem.string() + ".json", [&](std::ostream& out) { out << data << '\n'; });
+}
+
+void segmentFile(const std::string& path, const Arguments& arguments,
                  segmentation::Segmenter& segmenter) {
   const cv::Mat3b image = cv::imread(path, cv::IMREAD_COLOR);
   if (image.empty()) throw std::runtime_error("cannot read image '" + path + "'");
@@ -131,10 +161,10 @@ void segmentFile(const std::string& path, const fs::path& output,
   const double seconds = static_cast<double>(cv::getTickCount() - before) / cv::getTickFrequency();
   cv::Mat3b drawn = segmentation::drawSegments(image, segmentation.labels, ColorOrder::kBgr);
   writeScores(segmentation, drawn);
-  const fs::path target = output / (fs::path(path).stem().string() + ".png");
-  if (!cv::imwrite(target.string(), drawn)) {
-    throw std::runtime_error("cannot write '" + target.string() + "'");
-  }
+  const fs::path stem = fs::path(arguments.output) / fs::path(path).stem();
+  const fs::path target = stem.string() + ".png";
+  writeImage(target, drawn);
+  if (arguments.write_data) writeData(stem, segmentation);
   std::printf("%s: %zu segments, %.0f ms\n", target.c_str(), segmentation.numSegments(),
               1e3 * seconds);
 }
@@ -150,7 +180,7 @@ int main(int argc, char** argv) try {
   const Arguments arguments = parse(words);
   segmentation::Segmenter segmenter(segmentation::loadModelSet(arguments.models), arguments.config);
   fs::create_directories(arguments.output);
-  for (const std::string& image : arguments.images) segmentFile(image, arguments.output, segmenter);
+  for (const std::string& image : arguments.images) segmentFile(image, arguments, segmenter);
   return 0;
 } catch (const std::invalid_argument& e) {
   std::cerr << "segment_images: " << e.what() << '\n' << kUsage;

@@ -58,6 +58,10 @@ class InstallSpace(unittest.TestCase):
                               "object_tasks:=/tasks.yaml")
         self.assertIn("/task_scene_graph/", nodes)
 
+    def test_demo_models_and_their_parameters_are_installed(self):
+        for name in ("models/demo/models.yaml", "models/demo/segmenter.onnx", "config/demo.yaml"):
+            self.assertTrue((INSTALL / "share/task_scene_graph" / name).exists(), name)
+
     def test_process_bag_runs(self):
         self.assertIn("--bag", run_installed("rosrun task_scene_graph process_bag --help"))
 

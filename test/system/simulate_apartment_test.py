@@ -124,6 +124,8 @@ class SimulateApartment(unittest.TestCase):
         with rosbag.Bag(path) as bag:
             messages = list(bag.read_messages())
         self.assertNotIn("/segmentation", {message.topic for message in messages})
+        with open(path.replace(".bag", ".object_tasks.yaml")) as file:
+            self.assertIn("get the coffee mug", yaml.safe_load(file))
         exact = [pixels(m.message, "<u2") for m in messages if m.topic == DEPTH]
         noisy = [pixels(m, "<u2") for m in self.messages(DEPTH)]
         both = (exact[3] > 0) & (noisy[3] > 0)

@@ -26,6 +26,8 @@ std::vector<TaskTruth> makePlaceTasks(const Apartment& apartment);
 
 /// `tasks: [{name, embedding}]`. @throws std::runtime_error if the file cannot be written.
 void writeTaskEmbeddings(const std::filesystem::path& path, const std::vector<TaskTruth>& tasks);
+/// A list of the tasks' names, for a text encoder. @throws as `writeTaskEmbeddings`.
+void writeTaskNames(const std::filesystem::path& path, const std::vector<TaskTruth>& tasks);
 
 /// Writes into a folder, made if absent:
 ///   instances.json  id, phrase, color, room, box_min_m, box_max_m, center_m, extents_m, rotation

@@ -20,6 +20,7 @@
 #include "task_scene_graph/simulation/ground_truth.h"
 #include "task_scene_graph/simulation/renderer.h"
 #include "task_scene_graph/simulation/segment_simulator.h"
+#include "task_scene_graph/simulation/variation.h"
 #include "task_scene_graph/simulation/walk.h"
 
 namespace {
@@ -39,7 +40,7 @@ FILE.place_tasks.yaml (names and embeddings), FILE.ground_truth/ (instances, roo
   --width W           of the images; the field of view stays the same (640)
   --height H          (480)
   --noise on|off      depth as an active stereo camera measures it, or exact (on)
-  --no-segmentation   no /segmentation: somebody else's segmenter is to look at the images
+  --no-segmentation   no /segmentation, and tasks in words only: for networks that look at the images
   --threads N         the result does not depend on it (all cores)
 )";
 
@@ -88,14 +89,6 @@ bool parseSwitch(const std::string& option, const std::string& text) {
   return text == "on";
 }
 
-/// The field of view of a 640x480 image with fx = fy = 525, whatever the size.
-void setFocalLength(CameraModel& camera) {
-  camera.fx_px = 525.0 * camera.width_px / 640.0;
-  camera.fy_px = camera.fx_px;
-  camera.cx_px = 0.5 * (camera.width_px - 1);
-  camera.cy_px = 0.5 * (camera.height_px - 1);
-}
-
 Options parseOptions(const std::vector<std::string>& arguments) {
   Options options;
   options.camera.width_px = 640;
@@ -132,7 +125,7 @@ Options parseOptions(const std::vector<std::string>& arguments) {
   }
   if (options.output.empty()) throw std::invalid_argument("--output is missing");
   if (options.num_threads < 1) throw std::invalid_argument("--threads, expected at least 1");
-  setFocalLength(options.camera);
+  options.camera = makeDefaultCamera(options.camera.width_px, options.camera.height_px);
   options.camera.validate();
   return options;
 }
@@ -245,8 +238,9 @@ void simulate(const Options& options) {
   fs::path stem = options.output;
   if (stem.extension() == ".bag") stem.replace_extension();
   const std::vector<TaskTruth> tasks = makeObjectTasks(apartment);
-  writeTaskEmbeddings(stem.string() + ".object_tasks.yaml", tasks);
-  writeTaskEmbeddings(stem.string() + ".place_tasks.yaml", makePlaceTasks(apartment));
+  const auto writeTasks = options.segmentation ? writeTaskEmbeddings : writeTaskNames;
+  writeTasks(stem.string() + ".object_tasks.yaml", tasks);
+  writeTasks(stem.string() + ".place_tasks.yaml", makePlaceTasks(apartment));
   for (WalkPose& pose : walk) pose.stamp.ns += kStart_ns;
   writeGroundTruth(stem.string() + ".ground_truth", apartment, tasks, walk);
   std::cout << "[simulate_apartment] wrote " << options.output.string() << ", " << stem.string()
