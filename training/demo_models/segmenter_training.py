@@ -19,9 +19,9 @@ ALL_ROWS_FROM = 0.9  # share of the training from which on it does not
 def make_color_table(generator):
     """8-bit value -> 0..1 per channel [3,256], for a random exposure, white balance and gamma: little
     enough that colours keep their names."""
-    gain = 0.75 + 0.45 * torch.rand(1, generator=generator)
-    balance = 1.0 + 0.06 * (2 * torch.rand(3, 1, generator=generator) - 1)
-    gamma = torch.exp(0.15 * torch.randn(1, generator=generator))
+    gain = 0.85 + 0.3 * torch.rand(1, generator=generator)
+    balance = 1.0 + 0.04 * (2 * torch.rand(3, 1, generator=generator) - 1)
+    gamma = torch.exp(0.1 * torch.randn(1, generator=generator))
     return (torch.linspace(0, 1, 256)[None] * gain * balance).clamp(0.0, 1.0).pow(gamma).numpy()
 
 

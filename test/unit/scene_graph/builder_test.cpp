@@ -65,7 +65,8 @@ TEST_P(RandomGraphs, HoldEverythingInOrder) {
 }
 
 TEST_P(RandomGraphs, PutEachObjectAtItsNearestPlace) {
-  for (const auto& object : makeBuilder().snapshot()->objects) {
+  const SceneGraphPtr graph = makeBuilder().snapshot();
+  for (const auto& object : graph->objects) {
     double chosen_m = -1.0;
     double nearest_m = std::numeric_limits<double>::infinity();
     for (const auto& place : places_->places) {
