@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <boost/geometry.hpp>
 #include <boost/geometry/index/rtree.hpp>
+#include <boost/iterator/function_output_iterator.hpp>
 #include <iterator>
 
 namespace tsg::bottleneck {
@@ -60,10 +61,10 @@ std::vector<std::uint32_t> BoxIndex::findOverlapping(const Aabb& box) const {
   std::vector<std::uint32_t> ids;
   if (box.isEmpty()) return ids;
   ids.reserve(32);
-  for (auto hit = tree_->rtree.qbegin(bgi::intersects(toBox(box))); hit != tree_->rtree.qend();
-       ++hit) {
-    if (hasOverlap(box, fromBox(hit->first))) ids.push_back(hit->second);
-  }
+  tree_->rtree.query(bgi::intersects(toBox(box)),
+                     boost::make_function_output_iterator([&](const Value& hit) {
+                       if (hasOverlap(box, fromBox(hit.first))) ids.push_back(hit.second);
+                     }));
   std::sort(ids.begin(), ids.end());
   return ids;
 }
