@@ -2,7 +2,6 @@
 // Clusters the primitives of a spark_dsg scene graph for a list of tasks, in batch.
 
 #include <algorithm>
-#include <boost/program_options.hpp>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -10,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "command_line.h"
 #include "task_scene_graph/bottleneck/clustering.h"
 #include "task_scene_graph/bottleneck/scene_graph_file.h"
 #include "task_scene_graph/config/config.h"
@@ -69,13 +69,7 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
       "file to write I(X;Y), the accepted merges and the partition to (JSON)")(
       "models", options::value(&arguments.models),
       "model set (YAML) whose text encoder encodes tasks that have no embedding");
-  options::variables_map values;
-  options::store(options::parse_command_line(argc, argv, description), values);
-  if (values.count("help") > 0) {
-    std::cout << description << '\n';
-    return std::nullopt;
-  }
-  options::notify(values);
+  if (!tools::parseOptions(argc, argv, description)) return std::nullopt;
   const char* threshold = normaliser == "size_invariant" ? "delta_bits" : "delta";
   const std::pair<const char*, std::string> given[] = {{"alpha", alpha},
                                                        {threshold, delta},
@@ -152,15 +146,5 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    const auto arguments = parseArguments(argc, argv);
-    if (arguments) run(*arguments);
-    return 0;
-  } catch (const options::error& e) {
-    std::cerr << "cluster_scene_graph: " << e.what() << " (see cluster_scene_graph --help)\n";
-    return 2;
-  } catch (const std::exception& e) {
-    std::cerr << "cluster_scene_graph: " << e.what() << '\n';
-    return 1;
-  }
+  return tools::runProgram("cluster_scene_graph", argc, argv, parseArguments, run);
 }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Adds embeddings to a list of tasks, for robots that have no text encoder.
 
-#include <boost/program_options.hpp>
 #include <iostream>
 #include <optional>
 #include <string>
 
+#include "command_line.h"
 #include "task_scene_graph/language/text_encoder.h"
 #include "task_scene_graph/scene_graph/tasks.h"
 #include "task_scene_graph/segmentation/model_set.h"
@@ -39,13 +39,7 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
       "template", options::value(&templates)->default_value(templates, "{}"),
       "prompt with {} for the task; of several, the mean embedding is taken")(
       "engine-library", options::value(&arguments.engine.library), "path of libonnxruntime.so");
-  options::variables_map values;
-  options::store(options::parse_command_line(argc, argv, description), values);
-  if (values.count("help") > 0) {
-    std::cout << description << '\n';
-    return std::nullopt;
-  }
-  options::notify(values);
+  if (!tools::parseOptions(argc, argv, description)) return std::nullopt;
   return arguments;
 }
 
@@ -62,15 +56,5 @@ void encodeTasks(const Arguments& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    const auto arguments = parseArguments(argc, argv);
-    if (arguments) encodeTasks(*arguments);
-    return 0;
-  } catch (const options::error& e) {
-    std::cerr << "encode_tasks: " << e.what() << " (see encode_tasks --help)\n";
-    return 2;
-  } catch (const std::exception& e) {
-    std::cerr << "encode_tasks: " << e.what() << '\n';
-    return 1;
-  }
+  return tools::runProgram("encode_tasks", argc, argv, parseArguments, encodeTasks);
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Renders views of generated apartments with their true labels: training data for the demo models.
 
-#include <boost/program_options.hpp>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -11,6 +10,7 @@
 #include <string>
 #include <thread>
 
+#include "command_line.h"
 #include "task_scene_graph/simulation/apartment.h"
 #include "task_scene_graph/simulation/renderer.h"
 #include "task_scene_graph/simulation/variation.h"
@@ -54,13 +54,7 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
       "the result does not depend on it")(
       "surfaces", options::value(&a.surfaces)->default_value(a.surfaces),
       "own: as simulate_apartment shows them; training or held_out: drawn from that set");
-  options::variables_map values;
-  options::store(options::parse_command_line(argc, argv, description), values);
-  if (values.count("help") > 0) {
-    std::cout << description << '\n';
-    return std::nullopt;
-  }
-  options::notify(values);
+  if (!tools::parseOptions(argc, argv, description)) return std::nullopt;
   if (a.surfaces != "own" && a.surfaces != "training" && a.surfaces != "held_out") {
     throw options::error("surfaces '" + a.surfaces + "', expected own, training or held_out");
   }
@@ -124,22 +118,17 @@ void renderApartment(const Arguments& a, int seed) {
       << '\n';
 }
 
+void renderAll(const Arguments& arguments) {
+  fs::create_directories(arguments.output);
+  for (int i = 0; i < arguments.apartments; ++i) {
+    renderApartment(arguments, arguments.first_seed + i);
+  }
+  std::cout << "[render_apartments] " << arguments.apartments << " apartments in "
+            << arguments.output.string() << '\n';
+}
+
 }  // namespace
 
-int main(int argc, char** argv) try {
-  const std::optional<Arguments> arguments = parseArguments(argc, argv);
-  if (!arguments) return 0;
-  fs::create_directories(arguments->output);
-  for (int i = 0; i < arguments->apartments; ++i) {
-    renderApartment(*arguments, arguments->first_seed + i);
-  }
-  std::cout << "[render_apartments] " << arguments->apartments << " apartments in "
-            << arguments->output.string() << '\n';
-  return 0;
-} catch (const options::error& e) {
-  std::cerr << "render_apartments: " << e.what() << ", see --help\n";
-  return 2;
-} catch (const std::exception& e) {
-  std::cerr << "render_apartments: " << e.what() << '\n';
-  return 1;
+int main(int argc, char** argv) {
+  return tools::runProgram("render_apartments", argc, argv, parseArguments, renderAll);
 }

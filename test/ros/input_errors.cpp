@@ -164,13 +164,4 @@ TEST_F(InputErrors, MissingTasksAreNamed) {
 }  // namespace
 }  // namespace tsg::test
 
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "input_errors_test");
-  ros::AsyncSpinner spinner(4);
-  spinner.start();
-  const int result = RUN_ALL_TESTS();
-  spinner.stop();
-  ros::shutdown();
-  return result;
-}
+int main(int argc, char** argv) { return tsg::test::runRosTests(argc, argv, "input_errors_test"); }

@@ -42,13 +42,4 @@ TEST(LaunchFile, RemappedTopicsReachTheChainAndTheMapIsSaved) {
 }  // namespace
 }  // namespace tsg::test
 
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "launch_test");
-  ros::AsyncSpinner spinner(2);
-  spinner.start();
-  const int result = RUN_ALL_TESTS();
-  spinner.stop();
-  ros::shutdown();
-  return result;
-}
+int main(int argc, char** argv) { return tsg::test::runRosTests(argc, argv, "launch_test"); }

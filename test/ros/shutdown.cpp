@@ -130,13 +130,4 @@ TEST(Shutdown, NodeWithAMisspeltParameterEndsWithStatusOne) {
 }  // namespace
 }  // namespace tsg::test
 
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "shutdown_test");
-  ros::AsyncSpinner spinner(2);
-  spinner.start();
-  const int result = RUN_ALL_TESTS();
-  spinner.stop();
-  ros::shutdown();
-  return result;
-}
+int main(int argc, char** argv) { return tsg::test::runRosTests(argc, argv, "shutdown_test"); }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <diagnostic_msgs/DiagnosticArray.h>
+#include <gtest/gtest.h>
 #include <nodelet/loader.h>
 #include <ros/ros.h>
 #include <rosgraph_msgs/Log.h>
@@ -37,6 +38,18 @@ inline bool waitUntil(const std::function<bool()>& predicate, double timeout_s =
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   return true;
+}
+
+/// Exit status of all tests, with ROS up and callbacks in threads of their own.
+inline int runRosTests(int argc, char** argv, const char* name) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, name);
+  ros::AsyncSpinner spinner(4);
+  spinner.start();
+  const int result = RUN_ALL_TESTS();
+  spinner.stop();
+  ros::shutdown();
+  return result;
 }
 
 struct RobotMessages {

@@ -61,9 +61,9 @@ def draw_texts(rng, crops, batch):
     texts = {}
     for i in batch:
         room = crops.rooms[i]
-        text = (vocabulary.describe_room(rng, room) if room
-                else vocabulary.describe_thing(rng, crops.phrases[i], crops.colors[i]))
-        texts[text.sentence] = text
+        own = ([vocabulary.describe_room(rng, room)] if room
+               else vocabulary.describe_apart(rng, crops.phrases[i], crops.colors[i]))
+        texts.update((text.sentence, text) for text in own)
     for _ in range(NUM_ABSENT_TEXTS):
         text = vocabulary.describe_nothing(rng)
         texts.setdefault(text.sentence, text)

@@ -27,6 +27,7 @@ class Results:
     hits: dict = field(default_factory=lambda: {t: [] for t in IOU_STEPS})  # of segments
     things: list = field(default_factory=list)  # (phrase, colour, embedding) of things found
     rooms: list = field(default_factory=list)  # (room, embedding)
+    candidates: dict = field(default_factory=dict)  # apartment -> (thing or None, embedding)s
 
 
 def segment(programs, models, folder, output, config):
@@ -77,6 +78,18 @@ def match(iou, scores, threshold, candidates):
     return [hits[i] for i in range(len(scores))]
 
 
+def list_candidates(found, iou, instances, embeddings):
+    """What a text may be answered with: every segment that is large enough, and the (phrase, colour)
+    that it shows (None: nothing, or half of something)."""
+    for index, embedding in enumerate(embeddings):
+        if np.count_nonzero(found == index + 1) <= MIN_PIXELS:
+            continue
+        best = int(iou[:, index].argmax()) if len(iou) else 0
+        shows = len(iou) > 0 and iou[best, index] >= 0.5
+        thing = instances[best + 1] if shows else None
+        yield thing and (thing["phrase"], thing["color"]), embedding
+
+
 def collect_view(folder, output, view, instances, results):
     truth = cv2.imread(str(folder / f"{view['name']}.labels.png"), cv2.IMREAD_UNCHANGED)
     stem = output / f"{view['name']}.color"
@@ -94,6 +107,9 @@ def collect_view(folder, output, view, instances, results):
         if value >= 0.5:
             thing = instances[index + 1]
             results.things.append((thing["phrase"], thing["color"], found_data["embeddings"][best]))
+    apartment = view["name"].rsplit("_", 1)[0]
+    results.candidates.setdefault(apartment, []).extend(
+        list_candidates(found, iou, instances, found_data["embeddings"]))
     results.scores += scores.tolist()
     for threshold in IOU_STEPS:
         results.hits[threshold] += match(iou, scores, threshold, counts)
@@ -147,6 +163,25 @@ def measure_ranking(vectors, truth, names, texts):
                          for (t, b), n in mistakes.most_common(15)]}
 
 
+def measure_retrieval(candidates, is_asked, texts, vectors):
+    """Share of texts whose best segment, of all in an apartment, shows what the text names. Asked
+    is each apartment for what some segment of it shows. `is_asked`: (phrase, colour) -> text or
+    None; `texts`: index of each text in the rows of `vectors`."""
+    right = []
+    mistakes = Counter()
+    for segments in candidates.values():
+        names = [thing and is_asked(*thing) for thing, _ in segments]
+        embeddings = np.array([e for _, e in segments])
+        for text in sorted({n for n in names if n is not None}):
+            best = int((embeddings @ vectors[texts[text]]).argmax())
+            right.append(names[best] == text)
+            if not right[-1]:
+                shown = segments[best][0]
+                mistakes[f"{text} -> {' '.join(reversed(shown)) if shown else 'nothing'}"] += 1
+    return {"questions": len(right), "top_1": float(np.mean(right)) if right else 0.0,
+            "mistakes": [f"{name}: {n}" for name, n in mistakes.most_common(15)]}
+
+
 def measure_threshold(vectors, truth, names, texts, alpha):
     """Shares of cosines above alpha of what fits and of what does not."""
     cosines = np.array(vectors) @ texts.T
@@ -192,12 +227,46 @@ def measure(results, texts, alpha):
         if entries:
             report[name] = measure_ranking([v for v, _ in entries], [p for _, p in entries],
                                            texts.pairs, texts.pair_vectors)
+    report["retrieval"] = measure_retrieval(
+        results.candidates, lambda phrase, color: phrase,
+        {c: i for i, c in enumerate(texts.classes)}, texts.task_vectors)
+    for name, unseen in (("retrieval_unseen_pairs", True), ("retrieval_seen_pairs", False)):
+        report[name] = measure_retrieval(
+            results.candidates,
+            lambda phrase, color: f"{color} {phrase}" if vocabulary.color_of(phrase, color) is not None
+            and vocabulary.is_held_out(phrase, color) == unseen else None,
+            {p: i for i, p in enumerate(texts.pairs)}, texts.pair_vectors)
     rooms = [np.array(v) / max(1e-9, np.linalg.norm(v)) for _, v in results.rooms]
     room_names = [room for room, _ in results.rooms]
     report["rooms"] = measure_ranking(rooms, room_names, texts.rooms, texts.room_vectors)
     report["room_threshold"] = measure_threshold(rooms, room_names, texts.rooms, texts.room_vectors,
                                                  alpha)
     return report
+
+
+TABLE = (  # row of the model card, path in the report
+    ("mask recall at IoU 0.5, things over 400 px", "masks", "recall_iou_0.5"),
+    ("mask recall at IoU 0.75", "masks", "recall_iou_0.75"),
+    ("precision at IoU 0.5", "masks", "precision"),
+    ("AP at IoU 0.5", "masks", "ap_0.5"), ("AP at IoU 0.5:0.95", "masks", "ap_0.5_0.95"),
+    ("text to object, kinds: top-1", "retrieval", "top_1"),
+    ("text to object, seen pairs of colour and kind: top-1", "retrieval_seen_pairs", "top_1"),
+    ("text to object, unseen pairs: top-1", "retrieval_unseen_pairs", "top_1"),
+    ("object to text, kinds: top-1", "object_from_task", "top_1"),
+    ("object to text, seen pairs: top-1", "seen_pairs", "top_1"),
+    ("object to text, unseen pairs: top-1", "unseen_pairs", "top_1"),
+    ("true tasks above alpha", "threshold", "fitting_above"),
+    ("other tasks above alpha", "threshold", "others_above"),
+    ("view to room: top-1", "rooms", "top_1"))
+
+
+def format_table(report):
+    lines = ["| | " + " | ".join(report) + " |", "|---|" + "---|" * len(report)]
+    for title, part, key in TABLE:
+        count = lambda r: r[part].get("questions", r[part].get("things", ""))
+        cells = [f"{r[part][key]:.3f} ({count(r)})" if part in r else "" for r in report.values()]
+        lines.append(f"| {title} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
 
 
 def evaluate_all(arguments):
@@ -212,3 +281,4 @@ def evaluate_all(arguments):
         report[name] = measure(collect(folder, output), texts, alpha)
         print(f"[evaluate] {name}: " + json.dumps(report[name], indent=1), flush=True)
     (arguments.output / "metrics.json").write_text(json.dumps(report, indent=1) + "\n")
+    print(format_table(report))

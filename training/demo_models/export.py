@@ -14,7 +14,7 @@ from .encoder_training import ALPHA, CONTEXT, IMAGE_MEAN, IMAGE_STD, Tokenizer, 
 from .segmenter_network import Segmenter
 
 TOLERANCE = 1e-4
-SCORE_THRESHOLD, IOU_THRESHOLD = 0.4, 0.7
+SCORE_THRESHOLD, IOU_THRESHOLD = 0.2, 0.5
 SENTENCES = ("red coffee mug", "get the coffee mug", "an image of a kitchen", "repair the bicycle",
              "something to read", "")
 

@@ -128,6 +128,24 @@ def describe_thing(rng: random.Random, phrase, color):
     return Text(frame.format(f"{color} {noun}"), classes, color)
 
 
+def describe_apart(rng: random.Random, phrase, color):
+    """Sentences that teach colour and kind apart from each other: a random one, its colour alone, and
+    one of the same kind in another colour."""
+    texts = [describe_thing(rng, phrase, color)]
+    named = color_of(phrase, color)
+    if named is None:
+        return texts
+    if rng.random() < 0.5:
+        noun = rng.choice(("thing", "object", "one"))
+        texts.append(Text(draw_frame(rng, OBJECT_FRAMES).format(f"{named} {noun}"), None, named))
+    other = rng.choice(COLORS)
+    if not is_held_out(phrase, other):
+        noun = rng.choice((phrase,) * 3 + SYNONYMS.get(phrase, ()))
+        texts.append(Text(draw_frame(rng, OBJECT_FRAMES).format(f"{other} {noun}"),
+                          frozenset({phrase}), other))
+    return texts
+
+
 def describe_room(rng: random.Random, room):
     name = rng.choice((room,) * 3 + ROOM_SYNONYMS.get(room, ()))
     return Text(draw_frame(rng, ROOM_FRAMES).format(name), rooms=frozenset({room}))

@@ -3,7 +3,6 @@
 // time.
 #include <unistd.h>
 
-#include <boost/program_options.hpp>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -12,6 +11,7 @@
 #include <optional>
 #include <string>
 
+#include "../command_line.h"
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/core/files.h"
 #include "task_scene_graph/mapping/ply.h"
@@ -67,13 +67,7 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
       "depth-topic", text(topics.depth), "registered depth: 16UC1 mm or 32FC1 m")(
       "camera-info-topic", text(topics.camera_info), "intrinsics")(
       "segmentation-topic", text(topics.segmentation), "recorded segmentations");
-  options::variables_map values;
-  options::store(options::parse_command_line(argc, argv, description), values);
-  if (values.count("help") > 0) {
-    std::cout << description << "\n";
-    return std::nullopt;
-  }
-  options::notify(values);
+  if (!tools::parseOptions(argc, argv, description)) return std::nullopt;
   arguments.bag_options.use_recorded_segmentation = !arguments.ignore_recorded_segmentation;
   return arguments;
 }
@@ -128,7 +122,7 @@ void writeTiming(const fs::path& path, const pipeline::Pipeline& pipeline,
   writeFileAtomically(path, [&](std::ostream& out) { out << json.dump(2) << "\n"; });
 }
 
-int run(const Arguments& arguments) {
+void run(const Arguments& arguments) {
   std::optional<segmentation::ModelSet> models;
   if (!arguments.models.empty()) models = segmentation::loadModelSet(arguments.models);
   const pipeline::PipelineConfig config = loadConfig(arguments, models);
@@ -185,24 +179,10 @@ int run(const Arguments& arguments) {
   std::cout << num_frames << " frames, " << graph->primitives.size() << " object primitives, "
             << graph->objects.size() << " objects, " << graph->places->places.size() << " places, "
             << graph->regions.size() << " regions; written to " << output.string() << "\n";
-  return 0;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::optional<Arguments> arguments;
-  try {
-    arguments = parseArguments(argc, argv);
-  } catch (const options::error& e) {
-    std::cerr << "process_bag: " << e.what() << " (--help lists the options)\n";
-    return 2;
-  }
-  if (!arguments) return 0;
-  try {
-    return run(*arguments);
-  } catch (const std::exception& e) {
-    std::cerr << "process_bag: " << e.what() << "\n";
-    return 1;
-  }
+  return tools::runProgram("process_bag", argc, argv, parseArguments, run);
 }

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <boost/program_options.hpp>
+#include <exception>
+#include <iostream>
+
+/// What the programs with options have in common.
+namespace tsg::tools {
+
+/// Stores what the command line gives into what `description` names. False if only help was asked
+/// for, which is then printed.
+/// @throws boost::program_options::error naming an option that is unknown, missing or unreadable.
+inline bool parseOptions(int argc, char** argv,
+                         const boost::program_options::options_description& description) {
+  namespace options = boost::program_options;
+  options::variables_map values;
+  options::store(options::parse_command_line(argc, argv, description), values);
+  if (values.count("help") > 0) {
+    std::cout << description << '\n';
+    return false;
+  }
+  options::notify(values);
+  return true;
+}
+
+/// Exit status of `parse(argc, argv)`, an optional that is empty where only help was asked for, and
+/// `run` of its value: 2 after a wrong command line, 1 after any other exception.
+template <typename Parse, typename Run>
+int runProgram(const char* name, int argc, char** argv, const Parse& parse, const Run& run) {
+  try {
+    if (const auto arguments = parse(argc, argv)) run(*arguments);
+    return 0;
+  } catch (const boost::program_options::error& e) {
+    std::cerr << name << ": " << e.what() << " (see " << name << " --help)\n";
+    return 2;
+  } catch (const std::exception& e) {
+    std::cerr << name << ": " << e.what() << '\n';
+    return 1;
+  }
+}
+
+}  // namespace tsg::tools
