@@ -68,7 +68,7 @@ void TextEncoder::checkSignature() const {
   const auto& outputs = network_.outputs();
   const bool valid = inputs.size() == 1 && tokenBits(inputs[0]) != 0 &&
                      inputs[0].shape.size() == 2 && !outputs.empty() &&
-                     outputs[0].element_type == "float32";
+                     segmentation::isFloat(outputs[0]);
   if (valid) return;
   throw InferenceError("text encoder '" + network_.path() + "' has inputs " +
                        segmentation::toText(inputs) + " and outputs " +

@@ -14,6 +14,21 @@ double computeRatio(int a, int b) {
   return static_cast<double>(std::min(a, b)) / static_cast<double>(std::max(a, b));
 }
 
+/// Of the whole mask; negative if it is empty.
+std::array<double, 3> computeMeanColor(const Appearance& appearance) {
+  std::array<double, 3> sum{};
+  double weights = 0.0;
+  for (std::size_t cell = 0; cell < Appearance::kCells; ++cell) {
+    const auto weight = static_cast<double>(appearance.coverage[cell]);
+    weights += weight;
+    for (std::size_t c = 0; c < 3; ++c) {
+      sum[c] += weight * static_cast<double>(appearance.rgb_8bit[cell][c]);
+    }
+  }
+  for (double& value : sum) value = weights > 0.0 ? value / weights : -1.0;
+  return sum;
+}
+
 /// Sums per cell while pixels are read.
 struct CellSums {
   std::array<int, Appearance::kCells> samples{};
@@ -87,6 +102,15 @@ double computeColorChange(const Appearance& a, const Appearance& b) {
     weights += weight;
   }
   return weights > 0.0 ? change / weights : 255.0;
+}
+
+double computeMeanColorChange(const Appearance& a, const Appearance& b) {
+  const auto one = computeMeanColor(a);
+  const auto other = computeMeanColor(b);
+  if (one[0] < 0.0 || other[0] < 0.0) return 255.0;
+  double change = 0.0;
+  for (std::size_t c = 0; c < 3; ++c) change += std::abs(one[c] - other[c]);
+  return change / 3.0;
 }
 
 }  // namespace tsg::segmentation

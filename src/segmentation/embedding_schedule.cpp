@@ -41,7 +41,7 @@ struct Pair {
 };
 
 /// Why a segment needs the encoder, most urgent first.
-enum class Need { kNew, kChanged, kOld, kNone };
+enum class Need { kNew, kChanged, kBetter, kOld, kNone };
 
 struct Request {
   Need need;
@@ -56,11 +56,59 @@ struct Request {
 
 Need findNeed(const Memory& memory, Stamp now, const ScheduleConfig& config) {
   if (memory.sum.size() == 0) return Need::kNew;
-  const bool is_unchanged =
-      computeMaskIou(memory.seen, memory.embedded) >= config.min_mask_iou &&
-      computeColorChange(memory.seen, memory.embedded) <= config.max_color_change_8bit;
-  if (!is_unchanged) return Need::kChanged;
+  const double change = computeMeanColorChange(memory.seen, memory.embedded);
+  if (change > config.max_color_change_8bit) return Need::kChanged;
+  if (memory.quality_px >= config.min_view_gain * memory.best_quality_px) return Need::kBetter;
   return secondsBetween(memory.embedded_at, now) > config.max_age_s ? Need::kOld : Need::kNone;
+}
+
+/// What segments have in common with those of the image before, moved with the image.
+struct Overlaps {
+  Eigen::MatrixXi common_px;  ///< (label, earlier label); empty: not known
+  Eigen::VectorXi areas_px;   ///< by label
+  Eigen::RowVectorXi earlier_areas_px;
+};
+
+Overlaps computeOverlaps(const EmbeddingSchedule::Plan& plan, const cv::Mat& earlier_labels,
+                         std::size_t num_earlier, const ImageMotion& motion) {
+  if (motion.isEmpty()) return {};
+  Overlaps overlaps;
+  overlaps.common_px = countCommonPixels(plan.labels, plan.memories.size(),
+                                         moveLabels(earlier_labels, motion), num_earlier);
+  overlaps.areas_px = overlaps.common_px.rowwise().sum();
+  overlaps.earlier_areas_px = overlaps.common_px.colwise().sum();
+  return overlaps;
+}
+
+/// Mean of the IoU and of the common share of the smaller one; 0 if that share is too small.
+double computeOverlap(const Overlaps& overlaps, std::size_t segment, std::size_t earlier,
+                      double min_share) {
+  if (overlaps.common_px.size() == 0) return 0.0;
+  const auto row = static_cast<Eigen::Index>(segment) + 1;
+  const auto column = static_cast<Eigen::Index>(earlier) + 1;
+  const double common = overlaps.common_px(row, column);
+  const double area = overlaps.areas_px[row];
+  const double earlier_area = overlaps.earlier_areas_px[column];
+  const double smaller = std::min(area, earlier_area);
+  if (common == 0.0 || common < min_share * smaller) return 0.0;
+  return 0.5 * common / smaller + 0.5 * common / (area + earlier_area - common);
+}
+
+/// How alike two segments are that may be one, greater is better; nothing if they cannot be.
+std::optional<double> computeSimilarity(const Memory& now, const Memory& earlier, double overlap,
+                                        double image_width_px, const ScheduleConfig& config) {
+  std::optional<double> similarity;
+  if (overlap > 0.0) {
+    const double change = computeMeanColorChange(now.seen, earlier.seen);
+    if (change <= config.max_color_change_8bit) similarity = overlap * (1.0 - change / 255.0);
+  }
+  const double shift =
+      cv::norm(computeCenter(now.box_px) - computeCenter(earlier.box_px)) / image_width_px;
+  if (shift > config.max_shift) return similarity;
+  const double iou = computeMaskIou(now.seen, earlier.seen);
+  if (iou < config.min_mask_iou) return similarity;
+  const double change = computeColorChange(now.seen, earlier.seen);
+  return std::max(similarity.value_or(-1.0), iou * (1.0 - change / 255.0) - shift);
 }
 
 }  // namespace
@@ -70,23 +118,19 @@ EmbeddingSchedule::EmbeddingSchedule(const ScheduleConfig& config, int crops_per
 
 bool EmbeddingSchedule::isContinued(const Plan& plan) const {
   const double gap_s = secondsBetween(stamp_, plan.stamp);
-  return plan.image_size_px == image_size_px_ && gap_s > 0.0 && gap_s <= config_.max_gap_s;
+  return plan.labels.size() == labels_.size() && gap_s > 0.0 && gap_s <= config_.max_gap_s;
 }
 
 std::vector<std::optional<std::size_t>> EmbeddingSchedule::findPredecessors(
-    const Plan& plan) const {
-  const double max_shift_px = config_.max_shift * plan.image_size_px.width;
+    const Plan& plan, const ImageMotion& motion) const {
+  const Overlaps overlaps = computeOverlaps(plan, labels_, memories_.size(), motion);
   std::vector<Pair> pairs;
   for (std::size_t i = 0; i < plan.memories.size(); ++i) {
-    const cv::Point2d center = computeCenter(plan.memories[i].box_px);
     for (std::size_t k = 0; k < memories_.size(); ++k) {
-      const double shift_px = cv::norm(center - computeCenter(memories_[k].box_px));
-      if (shift_px > max_shift_px) continue;
-      const double iou = computeMaskIou(plan.memories[i].seen, memories_[k].seen);
-      if (iou < config_.min_mask_iou) continue;
-      const double change = computeColorChange(plan.memories[i].seen, memories_[k].seen) / 255.0;
-      const double shift = shift_px / plan.image_size_px.width;
-      pairs.push_back({iou * (1.0 - change) - shift, i, k});
+      const auto similarity = computeSimilarity(plan.memories[i], memories_[k],
+                                                computeOverlap(overlaps, i, k, config_.min_overlap),
+                                                plan.labels.cols, config_);
+      if (similarity) pairs.push_back({*similarity, i, k});
     }
   }
   std::sort(pairs.begin(), pairs.end());
@@ -100,51 +144,59 @@ std::vector<std::optional<std::size_t>> EmbeddingSchedule::findPredecessors(
   return predecessors;
 }
 
-std::size_t EmbeddingSchedule::budget(std::size_t num_segments) const {
-  if (config_.max_crops_per_frame == 0) return num_segments;
-  return static_cast<std::size_t>(std::max(1, config_.max_crops_per_frame / crops_per_segment_));
+std::size_t EmbeddingSchedule::computeBudget(std::size_t num_segments) const {
+  double crops = std::numeric_limits<double>::infinity();
+  if (config_.max_crops_per_frame > 0) crops = config_.max_crops_per_frame;
+  if (config_.max_ms_per_frame > 0.0 && ms_per_crop_ > 0.0) {
+    crops = std::min(crops, config_.max_ms_per_frame / ms_per_crop_);
+  }
+  const double segments = std::max(1.0, std::floor(crops / crops_per_segment_));
+  return segments < static_cast<double>(num_segments) ? static_cast<std::size_t>(segments)
+                                                      : num_segments;
 }
 
 EmbeddingSchedule::Plan EmbeddingSchedule::plan(const ColorImage& color,
-                                                const LabelledSegments& segments) const {
+                                                const LabelledSegments& segments,
+                                                const ImageMotion& motion) const {
   Plan plan;
   plan.stamp = color.stamp;
-  plan.image_size_px = color.image.size();
+  plan.labels = segments.labels;
   for (std::size_t i = 0; i < segments.boxes_px.size(); ++i) {
-    const cv::Rect& box = segments.boxes_px[i];
-    const auto label = static_cast<std::uint16_t>(i + 1);
-    plan.memories.push_back(
-        {box, computeAppearance(color, segments.labels, box, label), {}, {}, {}});
+    Memory memory;
+    memory.box_px = segments.boxes_px[i];
+    memory.seen =
+        computeAppearance(color, segments.labels, memory.box_px, static_cast<std::uint16_t>(i + 1));
+    memory.quality_px = computeViewQuality(memory.box_px, segments.areas_px[i], color.image.size());
+    plan.memories.push_back(memory);
   }
-  if (isContinued(plan)) inherit(plan);
-  choose(segments.areas_px, plan);
+  if (isContinued(plan)) inherit(motion, plan);
+  choose(plan);
   return plan;
 }
 
-void EmbeddingSchedule::inherit(Plan& plan) const {
-  const auto predecessors = findPredecessors(plan);
+void EmbeddingSchedule::inherit(const ImageMotion& motion, Plan& plan) const {
+  const auto predecessors = findPredecessors(plan, motion);
   for (std::size_t i = 0; i < plan.memories.size(); ++i) {
     if (!predecessors[i]) continue;
     const Memory& earlier = memories_[*predecessors[i]];
     plan.memories[i].embedded = earlier.embedded;
+    plan.memories[i].best_quality_px = earlier.best_quality_px;
     plan.memories[i].embedded_at = earlier.embedded_at;
     plan.memories[i].sum = earlier.sum;
   }
   plan.embed_image = secondsBetween(image_embedded_at_, plan.stamp) >= config_.image_period_s;
 }
 
-void EmbeddingSchedule::choose(const std::vector<int>& areas_px, Plan& plan) const {
+void EmbeddingSchedule::choose(Plan& plan) const {
   std::vector<Request> requests;
   plan.restart.assign(plan.memories.size(), false);
   for (std::size_t i = 0; i < plan.memories.size(); ++i) {
-    const Memory& memory = plan.memories[i];
-    const Need need = findNeed(memory, plan.stamp, config_);
-    plan.restart[i] = need != Need::kOld;
-    requests.push_back(
-        {need, computeViewQuality(memory.box_px, areas_px[i], plan.image_size_px), i});
+    const Need need = findNeed(plan.memories[i], plan.stamp, config_);
+    plan.restart[i] = need == Need::kNew || need == Need::kChanged;
+    requests.push_back({need, plan.memories[i].quality_px, i});
   }
   std::sort(requests.begin(), requests.end());
-  const std::size_t limit = budget(requests.size());
+  const std::size_t limit = computeBudget(requests.size());
   for (const Request& request : requests) {
     if (request.need != Need::kNone && plan.embed.size() < limit) {
       plan.embed.push_back(request.segment);
@@ -161,9 +213,14 @@ EmbeddingMatrix EmbeddingSchedule::commit(Plan plan, const EmbeddingMatrix& fres
     const std::size_t i = plan.embed[row];
     Memory& memory = plan.memories[i];
     const Embedding embedding = fresh.row(static_cast<Eigen::Index>(row)).transpose();
-    if (plan.restart[i]) memory.sum = Embedding();
+    if (plan.restart[i]) {
+      memory.sum = Embedding();
+      memory.best_quality_px = 0.0;
+    }
     if (embedding.isZero(0.0F)) continue;
-    memory.sum = memory.sum.size() == 0 ? embedding : Embedding(memory.sum + embedding);
+    const Embedding weighted = static_cast<float>(memory.quality_px) * embedding;
+    memory.sum = memory.sum.size() == 0 ? weighted : Embedding(memory.sum + weighted);
+    memory.best_quality_px = std::max(memory.best_quality_px, memory.quality_px);
     memory.embedded = memory.seen;
     memory.embedded_at = plan.stamp;
   }
@@ -176,8 +233,14 @@ EmbeddingMatrix EmbeddingSchedule::commit(Plan plan, const EmbeddingMatrix& fres
   if (plan.embed_image) image_embedded_at_ = plan.stamp;
   memories_ = std::move(plan.memories);
   stamp_ = plan.stamp;
-  image_size_px_ = plan.image_size_px;
+  labels_ = plan.labels.clone();  // the caller's may change when segments are dropped
   return rows;
+}
+
+void EmbeddingSchedule::addCost(std::size_t num_crops, double duration_ms) {
+  if (num_crops == 0) return;
+  const double ms_per_crop = duration_ms / static_cast<double>(num_crops);
+  ms_per_crop_ = ms_per_crop_ == 0.0 ? ms_per_crop : 0.9 * ms_per_crop_ + 0.1 * ms_per_crop;
 }
 
 }  // namespace tsg::segmentation

@@ -55,10 +55,9 @@ ImageEncoder::ImageEncoder(const ModelSet& models, const EngineConfig& engine,
 void ImageEncoder::checkSignature() const {
   const auto& inputs = network_.inputs();
   const auto& outputs = network_.outputs();
-  const bool valid = inputs.size() == 1 && inputs[0].element_type == "float32" &&
-                     inputs[0].shape.size() == 4 && inputs[0].shape[1] == 3 &&
-                     inputs[0].shape[2] == inputs[0].shape[3] && !outputs.empty() &&
-                     outputs[0].element_type == "float32";
+  const bool valid = inputs.size() == 1 && isFloat(inputs[0]) && inputs[0].shape.size() == 4 &&
+                     inputs[0].shape[1] == 3 && inputs[0].shape[2] == inputs[0].shape[3] &&
+                     !outputs.empty() && isFloat(outputs[0]);
   if (valid) return;
   throw InferenceError("image encoder '" + network_.path() + "' has inputs " + toText(inputs) +
                        " and outputs " + toText(outputs) +

@@ -18,6 +18,10 @@ std::string toText(const TensorInfo& info) {
   return info.name + ' ' + info.element_type + toText(info.shape);
 }
 
+bool isFloat(const TensorInfo& info) {
+  return info.element_type == "float32" || info.element_type == "float16";
+}
+
 std::string toText(const std::vector<TensorInfo>& infos) {
   std::string text;
   for (const auto& info : infos) text += (text.empty() ? "" : ", ") + toText(info);

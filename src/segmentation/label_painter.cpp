@@ -119,19 +119,27 @@ LabelledSegments paintLabels(const std::vector<SegmentMask>& masks, cv::Size ima
   }
   if (refine) dilateBack(erode(labels), labels);
 
+  std::vector<float> scores;
+  for (const SegmentMask& mask : masks) scores.push_back(mask.score);
+  return collectSegments(labels, scores, min_area_px);
+}
+
+LabelledSegments collectSegments(const cv::Mat& labels, const std::vector<float>& scores,
+                                 int min_area_px) {
   LabelledSegments segments;
-  const std::vector<Extent> extents = measure(labels, masks.size());
-  std::vector<Label> new_labels(masks.size() + 1, 0);
-  for (std::size_t i = 0; i < masks.size(); ++i) {
+  LabelImage dense = labels;
+  const std::vector<Extent> extents = measure(dense, scores.size());
+  std::vector<Label> new_labels(scores.size() + 1, 0);
+  for (std::size_t i = 0; i < scores.size(); ++i) {
     const Extent& extent = extents[i + 1];
     if (extent.area_px < std::max(1, min_area_px)) continue;
-    segments.scores.push_back(masks[i].score);
+    segments.scores.push_back(scores[i]);
     segments.boxes_px.push_back(extent.box());
     segments.areas_px.push_back(extent.area_px);
     new_labels[i + 1] = static_cast<Label>(segments.scores.size());
   }
-  relabel(new_labels, labels);
-  segments.labels = labels;
+  relabel(new_labels, dense);
+  segments.labels = dense;
   return segments;
 }
 

@@ -3,6 +3,7 @@
 
 #ifdef TSG_WITH_ONNXRUNTIME
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <atomic>
 #include <filesystem>
@@ -94,18 +95,29 @@ std::vector<TensorInfo> describeOutputs(const Ort::Session& session) {
 TensorView toView(Ort::Value&& value) {
   const auto owner = std::make_shared<const Ort::Value>(std::move(value));
   const auto info = owner->GetTensorTypeAndShapeInfo();
+  if (info.GetElementType() == ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT16) {
+    const auto* halves = reinterpret_cast<const Eigen::half*>(owner->GetTensorRawData());
+    const auto floats = std::make_shared<std::vector<float>>(info.GetElementCount());
+    std::transform(halves, halves + floats->size(), floats->begin(),
+                   [](Eigen::half half) { return static_cast<float>(half); });
+    return {info.GetShape(), floats->data(), floats};
+  }
   const bool is_float = info.GetElementType() == ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT;
   return {info.GetShape(), is_float ? owner->GetTensorData<float>() : nullptr, owner};
 }
 
-template <typename T>
-Ort::Value wrapInput(const std::vector<std::int64_t>& shape, const T* values) {
+std::size_t countValues(const std::vector<std::int64_t>& shape) {
   std::size_t count = 1;
   for (const std::int64_t size : shape) count *= static_cast<std::size_t>(size);
+  return count;
+}
+
+template <typename T>
+Ort::Value wrapInput(const std::vector<std::int64_t>& shape, const T* values) {
   const auto memory = Ort::MemoryInfo::CreateCpu(OrtArenaAllocator, OrtMemTypeDefault);
   // ONNX Runtime takes inputs as mutable but does not write to them.
-  return Ort::Value::CreateTensor<T>(memory, const_cast<T*>(values), count, shape.data(),
-                                     shape.size());
+  return Ort::Value::CreateTensor<T>(memory, const_cast<T*>(values), countValues(shape),
+                                     shape.data(), shape.size());
 }
 
 std::vector<const char*> namesOf(const std::vector<TensorInfo>& infos) {
@@ -161,7 +173,11 @@ std::vector<TensorView> Network::runOn(const std::vector<std::int64_t>& shape,
 }
 
 std::vector<TensorView> Network::run(const TensorView& input) const {
-  return runOn(input.shape, input.values);
+  if (inputs_.at(0).element_type != "float16") return runOn(input.shape, input.values);
+  std::vector<Eigen::half> halves(countValues(input.shape));
+  std::transform(input.values, input.values + halves.size(), halves.begin(),
+                 [](float value) { return Eigen::half(value); });
+  return runOn(input.shape, reinterpret_cast<const Ort::Float16_t*>(halves.data()));
 }
 
 std::vector<TensorView> Network::run(const IntegerTensorView<std::int64_t>& input) const {

@@ -13,6 +13,7 @@
 #include "task_scene_graph/segmentation/label_painter.h"
 #include "task_scene_graph/segmentation/letterbox.h"
 #include "task_scene_graph/segmentation/mask_decoder.h"
+#include "task_scene_graph/segmentation/segment_carrier.h"
 
 namespace tsg::segmentation {
 namespace {
@@ -28,10 +29,9 @@ void checkImage(const cv::Mat& image) {
 void checkSegmenterSignature(const Network& network) {
   const auto& inputs = network.inputs();
   const auto& outputs = network.outputs();
-  const bool valid = inputs.size() == 1 && inputs[0].element_type == "float32" &&
-                     inputs[0].shape.size() == 4 && inputs[0].shape[1] != 1 &&
-                     inputs[0].shape[2] == inputs[0].shape[3] && outputs.size() == 2 &&
-                     outputs[0].element_type == "float32" && outputs[1].element_type == "float32";
+  const bool valid = inputs.size() == 1 && isFloat(inputs[0]) && inputs[0].shape.size() == 4 &&
+                     inputs[0].shape[1] != 1 && inputs[0].shape[2] == inputs[0].shape[3] &&
+                     outputs.size() == 2 && isFloat(outputs[0]) && isFloat(outputs[1]);
   if (valid) return;
   throw InferenceError("segmenter '" + network.path() + "' has inputs " + toText(inputs) +
                        " and outputs " + toText(outputs) +
@@ -68,18 +68,19 @@ class Segmenter::Implementation {
     }
     if (config.schedule.mode == ScheduleMode::kReuse && countCropsPerSegment() > 0) {
       schedule_.emplace(config.schedule, countCropsPerSegment());
+      carrier_.emplace(config.schedule, config.min_area_px);
     }
     findSegments({{}, cv::Mat::zeros(480, 640, CV_8UC3), ColorOrder::kRgb, nullptr});
   }
 
   Segmentation segment(const ColorImage& color) {
     checkImage(color.image);
-    LabelledSegments segments = findSegments(color);
     ++counters_.images;
-    if (segments.scores.empty()) ++counters_.images_without_segments;
     Segmentation result;
     result.stamp = color.stamp;
-    embed(color, segments, result);
+    const LabelledSegments segments =
+        schedule_ ? segmentOnSchedule(color, result) : segmentExactly(color, result);
+    if (segments.scores.empty()) ++counters_.images_without_segments;
     result.labels = segments.labels;
     result.confidences = segments.scores;
     return result;
@@ -125,14 +126,22 @@ class Segmenter::Implementation {
     return crops;
   }
 
-  void embed(const ColorImage& color, LabelledSegments& segments, Segmentation& result) {
-    if (schedule_) {
-      embedOnSchedule(color, segments, result);
-      return;
-    }
+  LabelledSegments segmentExactly(const ColorImage& color, Segmentation& result) {
+    LabelledSegments segments = findSegments(color);
     std::vector<std::size_t> all(segments.scores.size());
     std::iota(all.begin(), all.end(), std::size_t{0});
     result.embeddings = encode(color, segments, all, config_.embed_image, result);
+    return segments;
+  }
+
+  LabelledSegments segmentOnSchedule(const ColorImage& color, Segmentation& result) {
+    const ImageMotion motion = motion_.update(color);
+    std::optional<LabelledSegments> carried = carrier_->carry(color.stamp, motion);
+    LabelledSegments segments = carried ? std::move(*carried) : findSegments(color);
+    counters_.images_carried += carried.has_value();
+    embedOnSchedule(color, motion, segments, result);
+    carrier_->setSegments(color.stamp, segments, carried.has_value());
+    return segments;
   }
 
   /// One row per chosen segment, of unit length or zeros; the whole image's goes to `result`.
@@ -156,13 +165,18 @@ class Segmenter::Implementation {
     return embeddings;
   }
 
-  void embedOnSchedule(const ColorImage& color, LabelledSegments& segments, Segmentation& result) {
-    EmbeddingSchedule::Plan plan = schedule_->plan(color, segments);
+  void embedOnSchedule(const ColorImage& color, const ImageMotion& motion,
+                       LabelledSegments& segments, Segmentation& result) {
+    EmbeddingSchedule::Plan plan = schedule_->plan(color, segments, motion);
     const std::vector<std::size_t> dropped = plan.dropped;
     counters_.segments_reused += plan.reuse.size();
     counters_.segments_dropped += dropped.size();
     const bool embed_image = config_.embed_image && plan.embed_image;
+    const std::int64_t start = cv::getTickCount();
     const EmbeddingMatrix fresh = encode(color, segments, plan.embed, embed_image, result);
+    schedule_->addCost(
+        plan.embed.size() * static_cast<std::size_t>(countCropsPerSegment()) + embed_image,
+        1e3 * static_cast<double>(cv::getTickCount() - start) / cv::getTickFrequency());
     const EmbeddingMatrix rows = schedule_->commit(std::move(plan), fresh);
     result.embeddings.resize(rows.rows() - static_cast<Eigen::Index>(dropped.size()), rows.cols());
     Eigen::Index kept = 0;
@@ -190,7 +204,9 @@ class Segmenter::Implementation {
   Network network_;
   std::optional<ImageEncoder> encoder_;
   std::optional<EmbeddingSchedule> schedule_;  ///< none: every segment of every image
-  std::vector<float> tensor_;                  ///< the segmenter's input, reused
+  std::optional<SegmentCarrier> carrier_;      ///< with schedule_ only
+  MotionEstimator motion_;
+  std::vector<float> tensor_;  ///< the segmenter's input, reused
   SegmenterCounters counters_;
 };
 

@@ -35,4 +35,8 @@ double computeMaskIou(const Appearance& a, const Appearance& b);
 /// is nothing. Symmetric; 0 for the same appearance.
 double computeColorChange(const Appearance& a, const Appearance& b);
 
+/// Mean absolute difference of the masks' mean colours, in 8-bit steps; 255 if a mask is empty.
+/// Unlike computeColorChange, it hardly changes where only a part of the thing is seen. Symmetric.
+double computeMeanColorChange(const Appearance& a, const Appearance& b);
+
 }  // namespace tsg::segmentation

@@ -53,6 +53,7 @@ struct EngineConfig {
 };
 
 /// A float32 tensor, row-major, whose values `owner` keeps alive (or the caller, if it is null).
+/// Networks of half floats take and give these as well: values are converted.
 struct TensorView {
   std::vector<std::int64_t> shape;
   const float* values = nullptr;  ///< null for an output of another element type
@@ -77,6 +78,8 @@ struct TensorInfo {
 std::string toText(const std::vector<std::int64_t>& shape);
 /// "images float32[1,3,?,?]".
 std::string toText(const TensorInfo& info);
+/// Whether a TensorView can hold it: float32, or float16 that is converted.
+bool isFloat(const TensorInfo& info);
 /// All tensors of a list, joined by ", ".
 std::string toText(const std::vector<TensorInfo>& infos);
 

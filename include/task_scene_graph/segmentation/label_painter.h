@@ -25,6 +25,12 @@ struct LabelledSegments {
 LabelledSegments paintLabels(const std::vector<SegmentMask>& masks, cv::Size image_size_px,
                              bool refine, int min_area_px);
 
+/// The segments of a label image, label s + 1 having score s. Those with fewer than
+/// max(1, min_area_px) pixels are dropped; the others keep their order and get the labels 1, 2, ...
+/// O(pixels). @param labels CV_16UC1, is changed where labels do.
+LabelledSegments collectSegments(const cv::Mat& labels, const std::vector<float>& scores,
+                                 int min_area_px);
+
 /// Removes segments, given by their ascending indices from 0; the others keep their order and get
 /// the labels 1, 2, ... O(pixels), nothing if there is none to remove.
 void dropSegments(const std::vector<std::size_t>& dropped, LabelledSegments& segments);

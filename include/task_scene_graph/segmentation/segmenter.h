@@ -55,6 +55,7 @@ struct SegmenterCounters {
   std::uint64_t images_without_segments = 0;
   std::uint64_t embeddings_not_finite = 0;  ///< left as zeros: "not embedded"
   std::uint64_t crops_embedded = 0;         ///< whole images among them
+  std::uint64_t images_carried = 0;         ///< the segmenting network skipped them
   std::uint64_t segments_reused = 0;        ///< kept the embedding of an earlier image
   std::uint64_t segments_dropped = 0;       ///< over the schedule's budget and without an embedding
 };

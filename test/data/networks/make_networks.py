@@ -97,6 +97,34 @@ def save_encoder(name, batch, size, bias):
          [constant("weights", EMBEDDING_WEIGHTS), constant("bias", bias)])
 
 
+def save_half_encoder():
+    """The small encoder with half floats from input to output, as `half=True` exports give."""
+    save("encoder_float16",
+         [helper.make_node("GlobalAveragePool", ["image"], ["mean"]),
+          helper.make_node("Flatten", ["mean"], ["flat"]),
+          helper.make_node("Gemm", ["flat", "weights", "bias"], ["embedding"])],
+         [("image", TensorProto.FLOAT16, ["batch", 3, 8, 8])],
+         [("embedding", TensorProto.FLOAT16, ["batch", 4])],
+         [constant("weights", EMBEDDING_WEIGHTS.astype(np.float16)),
+          constant("bias", EMBEDDING_BIAS.astype(np.float16))])
+
+
+def save_int8_encoder():
+    """The small encoder as dynamic quantisation leaves it: weights and products of 8-bit integers."""
+    save("encoder_int8",
+         [helper.make_node("GlobalAveragePool", ["image"], ["mean"]),
+          helper.make_node("Flatten", ["mean"], ["flat"]),
+          helper.make_node("DynamicQuantizeLinear", ["flat"], ["levels", "step", "zero_level"]),
+          helper.make_node("MatMulInteger", ["levels", "weights", "zero_level"], ["products"]),
+          helper.make_node("Cast", ["products"], ["sums"], to=FLOAT),
+          helper.make_node("Mul", ["step", "weight_step"], ["scale"]),
+          helper.make_node("Mul", ["sums", "scale"], ["scaled"]),
+          helper.make_node("Add", ["scaled", "bias"], ["embedding"])],
+         [("image", FLOAT, ["batch", 3, 8, 8])], [("embedding", FLOAT, ["batch", 4])],
+         [constant("weights", np.round(EMBEDDING_WEIGHTS * 100).astype(np.int8)),
+          constant("weight_step", np.float32(0.01)), constant("bias", EMBEDDING_BIAS)])
+
+
 def main():
     save_segmenter("segmenter", 64, ANCHORS)
     save_segmenter("segmenter_open_size", "size", ANCHORS)
@@ -108,6 +136,9 @@ def main():
     save_encoder("encoder", "batch", 8, EMBEDDING_BIAS)
     save_encoder("encoder_open_size", "batch", "size", EMBEDDING_BIAS)
     save_encoder("encoder_two_at_once", 2, 8, EMBEDDING_BIAS)
+    save_half_encoder()
+    save_int8_encoder()
+    save_encoder("encoder_infinite", "batch", 8, EMBEDDING_BIAS * np.float32(np.inf))
     save_encoder("encoder_nan", "batch", 8, EMBEDDING_BIAS * np.float32(np.nan))
 
 

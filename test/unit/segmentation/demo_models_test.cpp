@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "networks.h"
+#include "segment_score.h"
 #include "task_scene_graph/language/text_encoder.h"
 #include "task_scene_graph/language/vocabulary.h"
 #include "task_scene_graph/segmentation/segmenter.h"
@@ -123,28 +124,6 @@ TEST_F(DemoModelsOnRenders, TextEncoderComputesWhatItDidWhenExported) {
   }
 }
 
-/// IoU of an instance's pixels with those of each segment.
-std::vector<double> computeIous(const cv::Mat& truth, int instance, const cv::Mat& labels,
-                                std::size_t num_segments) {
-  std::vector<double> common(num_segments + 1, 0.0);
-  std::vector<double> sizes(num_segments + 1, 0.0);
-  double size = 0.0;
-  for (int v = 0; v < truth.rows; ++v) {
-    for (int u = 0; u < truth.cols; ++u) {
-      const auto label = labels.at<std::uint16_t>(v, u);
-      ++sizes[label];
-      if (truth.at<std::uint16_t>(v, u) != instance) continue;
-      ++common[label];
-      ++size;
-    }
-  }
-  std::vector<double> ious;
-  for (std::size_t i = 1; i <= num_segments; ++i) {
-    ious.push_back(common[i] / (size + sizes[i] - common[i]));
-  }
-  return ious;
-}
-
 struct Score {
   int things = 0;
   int found = 0;
@@ -155,16 +134,14 @@ struct Score {
 void scoreView(const simulation::Apartment& apartment, const simulation::RenderedView& view,
                const Segmentation& segmentation, const std::vector<std::string>& phrases,
                const EmbeddingMatrix& texts, Score& score) {
-  for (const auto& instance : apartment.instances) {
-    if (cv::countNonZero(view.labels == instance.id) <= 400) continue;
+  for (const auto& match : test::matchThings(view.labels, segmentation.labels, 400, 0.5)) {
     ++score.things;
-    const auto ious =
-        computeIous(view.labels, instance.id, segmentation.labels, segmentation.numSegments());
-    const auto best = std::max_element(ious.begin(), ious.end());
-    if (best == ious.end() || *best < 0.5) continue;
+    if (!match.segment) continue;
     ++score.found;
+    const auto row = static_cast<Eigen::Index>(*match.segment);
     Eigen::Index text = 0;
-    (texts * segmentation.embeddings.row(best - ious.begin()).transpose()).maxCoeff(&text);
+    (texts * segmentation.embeddings.row(row).transpose()).maxCoeff(&text);
+    const auto& instance = apartment.instances[static_cast<std::size_t>(match.thing - 1)];
     if (phrases[static_cast<std::size_t>(text)] == instance.phrase) ++score.named;
   }
 }

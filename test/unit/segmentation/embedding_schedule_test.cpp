@@ -29,11 +29,13 @@ class World {
   explicit World(const ScheduleConfig& config) : schedule_(config, kCropsPerSegment) {}
 
   /// The next image. The encoder gives segment i (1 for red, 2 for green, 3 for blue, time).
-  EmbeddingMatrix show(const std::vector<Patch>& patches, double dt_s = kPeriod_s) {
+  /// `shift_px`: where the image before lies in this one, for the schedule to know.
+  EmbeddingMatrix show(const std::vector<Patch>& patches, double dt_s = kPeriod_s,
+                       std::optional<cv::Point> shift_px = {}) {
     time_s_ += dt_s;
     const cv::Mat image = draw(patches);
-    plan_ =
-        schedule_.plan({Stamp::fromSeconds(time_s_), image, ColorOrder::kRgb, nullptr}, segments_);
+    plan_ = schedule_.plan({Stamp::fromSeconds(time_s_), image, ColorOrder::kRgb, nullptr},
+                           segments_, shift_px ? makeShift(*shift_px) : ImageMotion());
     embedded = plan_.embed;
     EmbeddingMatrix fresh(static_cast<Eigen::Index>(embedded.size()), 4);
     for (std::size_t row = 0; row < embedded.size(); ++row) {
@@ -50,11 +52,26 @@ class World {
     return color.normalized();
   }
   const EmbeddingSchedule::Plan& plan() const { return plan_; }
+  EmbeddingSchedule& schedule() { return schedule_; }
 
   std::vector<std::size_t> embedded;  ///< in the newest image
   bool broken = false;
 
  private:
+  static ImageMotion makeShift(cv::Point shift_px) {
+    ImageMotion motion;
+    motion.image_size_px = {640, 480};
+    motion.origins_px.create(motion.image_size_px, CV_32FC2);
+    motion.is_known = cv::Mat(motion.image_size_px, CV_8UC1, cv::Scalar(255));
+    for (int v = 0; v < 480; ++v) {
+      for (int u = 0; u < 640; ++u) {
+        motion.origins_px.at<cv::Vec2f>(v, u) = {static_cast<float>(u - shift_px.x),
+                                                 static_cast<float>(v - shift_px.y)};
+      }
+    }
+    return motion;
+  }
+
   cv::Mat draw(const std::vector<Patch>& patches) {
     cv::Mat image(480, 640, CV_8UC3, cv::Scalar(90, 90, 90));
     segments_ = {};
@@ -93,7 +110,9 @@ TEST(EmbeddingSchedule, AStaticSceneIsEmbeddedOnce) {
 }
 
 TEST(EmbeddingSchedule, AMovingSegmentKeepsItsEmbeddingUnderAnotherLabel) {
-  World world(reuse());
+  ScheduleConfig config = reuse();
+  config.min_view_gain = 10.0;
+  World world(config);
   const EmbeddingMatrix first = world.show({kRed, kGreen});
   Patch red = kRed;
   Patch green = kGreen;
@@ -211,6 +230,59 @@ TEST(EmbeddingSchedule, OneSegmentIsEmbeddedEvenIfTheBudgetIsLessThanItsCrops) {
   World world(config);
   world.show({kRed, kGreen});
   EXPECT_EQ(world.embedded.size(), 1U);
+}
+
+TEST(EmbeddingSchedule, ATimeBudgetIsDividedByWhatACropTook) {
+  ScheduleConfig config = reuse();
+  config.max_ms_per_frame = 45.0;
+  World world(config);
+  world.show({kRed, kGreen, kBlue});
+  EXPECT_EQ(world.embedded.size(), 3U);  // nothing is known yet
+  world.schedule().addCost(6, 60.0);
+  const Patch moved[] = {{{20, 20, 20, 20}, {200, 200, 20}},
+                         {{120, 400, 30, 20}, {20, 200, 200}},
+                         {{500, 60, 20, 30}, {200, 20, 200}}};
+  world.show({moved[0], moved[1], moved[2]});
+  EXPECT_EQ(world.embedded.size(), 2U);  // 4 crops of 10 ms
+  EXPECT_EQ(world.plan().dropped.size(), 1U);
+}
+
+TEST(EmbeddingSchedule, ABetterViewIsEmbeddedAndWeighsMore) {
+  ScheduleConfig config = reuse();
+  config.max_color_change_8bit = 50.0;
+  World world(config);
+  const Patch far{{300, 220, 40, 40}, {200, 20, 20}};
+  const Patch near{{290, 210, 60, 60}, {150, 20, 20}};
+  world.show({far});
+  const EmbeddingMatrix rows = world.show({near});
+  EXPECT_EQ(world.embedded, Indices{0});
+  const double weight_near = world.plan().memories[0].quality_px;
+  const Eigen::RowVector4f mean =
+      world.encode(far) + 1.5F * world.encode(near);  // both are central, sides as 2 to 3
+  EXPECT_GT(weight_near, 50.0);
+  EXPECT_TRUE(rows.row(0).isApprox(mean.normalized(), 1e-3F));
+  world.show({far});
+  EXPECT_EQ(world.embedded, Indices{});
+}
+
+TEST(EmbeddingSchedule, AThingThatComesIntoViewContinuesByItsOverlap) {
+  ScheduleConfig config = reuse();
+  config.min_view_gain = 100.0;
+  const Patch part{{0, 200, 30, 100}, {200, 20, 20}};
+  const Patch whole{{0, 200, 90, 100}, {200, 20, 20}};
+  for (const bool knows_motion : {false, true}) {
+    World world(config);
+    world.show({part});
+    world.show({whole}, kPeriod_s, knows_motion ? std::optional<cv::Point>({60, 0}) : std::nullopt);
+    EXPECT_EQ(world.embedded.empty(), knows_motion);
+  }
+}
+
+TEST(EmbeddingSchedule, WhatOverlapsButLooksDifferentIsNew) {
+  World world(reuse());
+  world.show({{{0, 200, 30, 100}, {200, 20, 20}}});
+  world.show({{{0, 200, 90, 100}, {20, 20, 200}}}, kPeriod_s, cv::Point(60, 0));
+  EXPECT_EQ(world.embedded, Indices{0});
 }
 
 TEST(EmbeddingSchedule, LargeCentralAndWholeViewsComeFirst) {

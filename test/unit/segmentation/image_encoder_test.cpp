@@ -70,6 +70,21 @@ TEST(ImageEncoder, AnErrorInOneThreadReachesTheCaller) {
   }
 }
 
+EmbeddingMatrix encodeStripes(const std::string& network) {
+  ModelSet models = makeSmallModels();
+  models.image_encoder = findNetwork(network);
+  return ImageEncoder(models, withThreads(2), {}).encode(makeStripes(23), {}, cropStripes(23));
+}
+
+TEST(ImageEncoder, NetworksOfHalfFloatsAndOf8BitIntegersGiveNearlyTheSame) {
+  TSG_REQUIRE_ENGINE();
+  const EmbeddingMatrix rows = encodeStripes("encoder");
+  // Values reach 5; half floats keep 11 bits; 8 bits divide the inputs' range.
+  EXPECT_LT((encodeStripes("encoder_float16") - rows).cwiseAbs().maxCoeff(), 1e-2F);
+  EXPECT_LT((encodeStripes("encoder_int8") - rows).cwiseAbs().maxCoeff(), 8.0F / 255.0F);
+  EXPECT_GT((encodeStripes("encoder_int8") - rows).cwiseAbs().maxCoeff(), 0.0F);
+}
+
 TEST(ImageEncoder, AfterCancelNothingIsEncoded) {
   TSG_REQUIRE_ENGINE();
   ImageEncoder encoder(makeSmallModels(), withThreads(2), {});

@@ -50,6 +50,35 @@ TEST(SegmenterSchedule, AStaticSceneCostsItsCropsOnceAndGivesTheSame) {
   EXPECT_EQ(segmenter.counters().segments_reused, 3U * 2);
 }
 
+TEST(SegmenterSchedule, SkippedImagesOfAStaticSceneGiveTheSame) {
+  TSG_REQUIRE_ENGINE();
+  SegmenterConfig config = makeConfig(ScheduleMode::kReuse);
+  config.schedule.max_skipped_images = 3;
+  Segmenter segmenter(makeSmallModels(), config);
+  const Segmentation first = segmenter.segment(makeImage(0.0));
+  for (int i = 1; i < 8; ++i) {
+    const Segmentation result = segmenter.segment(makeImage(0.1 * i));
+    result.validate();
+    EXPECT_EQ(cv::norm(result.labels, first.labels, cv::NORM_INF), 0.0);
+    EXPECT_EQ(result.confidences, first.confidences);
+    EXPECT_TRUE(result.embeddings.isApprox(first.embeddings));
+  }
+  EXPECT_EQ(segmenter.counters().images, 8U);
+  EXPECT_EQ(segmenter.counters().images_carried, 6U);
+}
+
+TEST(SegmenterSchedule, AnImageThatLooksDifferentIsNotSkipped) {
+  TSG_REQUIRE_ENGINE();
+  SegmenterConfig config = makeConfig(ScheduleMode::kReuse);
+  config.schedule.max_skipped_images = 3;
+  Segmenter segmenter(makeSmallModels(), config);
+  segmenter.segment(makeImage(0.0));
+  const ColorImage black{Stamp::fromSeconds(0.1), cv::Mat::zeros(64, 64, CV_8UC3), ColorOrder::kRgb,
+                         nullptr};
+  EXPECT_EQ(segmenter.segment(black).numSegments(), 0U);
+  EXPECT_EQ(segmenter.counters().images_carried, 0U);
+}
+
 TEST(SegmenterSchedule, AChangedSegmentIsEmbeddedAgain) {
   TSG_REQUIRE_ENGINE();
   Segmenter segmenter(makeSmallModels(), makeConfig(ScheduleMode::kReuse));

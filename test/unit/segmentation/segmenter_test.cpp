@@ -208,14 +208,16 @@ TEST(Segmenter, OtherImageTypesAreRefusedByName) {
 
 TEST(Segmenter, EmbeddingsThatAreNotFiniteBecomeZerosAndAreCounted) {
   TSG_REQUIRE_ENGINE();
-  ModelSet models = makeSmallModels();
-  models.image_encoder = findNetwork("encoder_nan");
-  Segmenter segmenter(models, {});
-  const Segmentation result = segmenter.segment(asRgb(makeTwoRectangles()));
-  result.validate();
-  EXPECT_EQ(result.embeddings, EmbeddingMatrix::Zero(2, 4));
-  EXPECT_EQ(result.image_embedding.size(), 0);
-  EXPECT_EQ(segmenter.counters().embeddings_not_finite, 3U);
+  for (const char* broken : {"encoder_nan", "encoder_infinite"}) {
+    ModelSet models = makeSmallModels();
+    models.image_encoder = findNetwork(broken);
+    Segmenter segmenter(models, {});
+    const Segmentation result = segmenter.segment(asRgb(makeTwoRectangles()));
+    result.validate();
+    EXPECT_EQ(result.embeddings, EmbeddingMatrix::Zero(2, 4)) << broken;
+    EXPECT_EQ(result.image_embedding.size(), 0);
+    EXPECT_EQ(segmenter.counters().embeddings_not_finite, 3U);
+  }
 }
 
 TEST(Segmenter, ScoresThatAreNotFiniteGiveNoSegments) {

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "task_scene_graph/segmentation/image_motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <opencv2/imgproc.hpp>
+
+namespace tsg::segmentation {
+namespace {
+
+constexpr int kGridColumns = 160;
+constexpr int kSmallestGridSide = 24;  // DIS needs some patches of 8 px
+constexpr int kMaxResidual_8bit = 24;  // of a pixel that looks the same
+constexpr int kCountStep_px = 2;
+
+cv::Mat makeSmallGrey(const ColorImage& color) {
+  const cv::Size size = color.image.size();
+  const double scale = std::min(1.0, static_cast<double>(kGridColumns) / size.width);
+  const cv::Size grid(std::max(kSmallestGridSide, cvRound(size.width * scale)),
+                      std::max(kSmallestGridSide, cvRound(size.height * scale)));
+  cv::Mat small;
+  cv::resize(color.image, small, grid, 0, 0, cv::INTER_AREA);
+  cv::Mat grey;
+  cv::cvtColor(small, grey,
+               color.order == ColorOrder::kRgb ? cv::COLOR_RGB2GRAY : cv::COLOR_BGR2GRAY);
+  return grey;
+}
+
+/// Grid positions that the flow leads to.
+cv::Mat toOrigins(const cv::Mat& flow) {
+  cv::Mat origins(flow.size(), CV_32FC2);
+  for (int v = 0; v < flow.rows; ++v) {
+    const auto* shift = flow.ptr<cv::Vec2f>(v);
+    auto* origin = origins.ptr<cv::Vec2f>(v);
+    for (int u = 0; u < flow.cols; ++u) {
+      origin[u] = shift[u] + cv::Vec2f(static_cast<float>(u), static_cast<float>(v));
+    }
+  }
+  return origins;
+}
+
+cv::Mat findKnown(const cv::Mat& before, const cv::Mat& now, const cv::Mat& origins) {
+  cv::Mat moved;
+  cv::remap(before, moved, origins, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+  cv::Mat residual;
+  cv::absdiff(moved, now, residual);
+  cv::Mat is_known = residual <= kMaxResidual_8bit;
+  for (int v = 0; v < origins.rows; ++v) {
+    const auto* origin = origins.ptr<cv::Vec2f>(v);
+    auto* known = is_known.ptr<std::uint8_t>(v);
+    for (int u = 0; u < origins.cols; ++u) {
+      const bool is_inside = origin[u][0] >= -0.5F && origin[u][1] >= -0.5F &&
+                             origin[u][0] <= static_cast<float>(origins.cols) - 0.5F &&
+                             origin[u][1] <= static_cast<float>(origins.rows) - 0.5F;
+      if (!is_inside) known[u] = 0;
+    }
+  }
+  return is_known;
+}
+
+}  // namespace
+
+double ImageMotion::computeKnownShare() const {
+  if (isEmpty()) return 0.0;
+  return static_cast<double>(cv::countNonZero(is_known)) / static_cast<double>(is_known.total());
+}
+
+MotionEstimator::MotionEstimator()
+    : flow_(cv::DISOpticalFlow::create(cv::DISOpticalFlow::PRESET_ULTRAFAST)) {
+  flow_->setUseSpatialPropagation(false);
+  flow_->setFinestScale(0);
+}
+
+ImageMotion MotionEstimator::update(const ColorImage& color) {
+  const cv::Mat now = makeSmallGrey(color);
+  const bool is_first = before_.empty() || image_size_px_ != color.image.size();
+  ImageMotion motion;
+  if (!is_first) {
+    cv::Mat flow;
+    flow_->calc(now, before_, flow);
+    const cv::Mat origins = toOrigins(flow);
+    motion.is_known = findKnown(before_, now, origins);
+    motion.image_size_px = color.image.size();
+    // Pixel centres lie at whole numbers plus one half.
+    const cv::Scalar scale(static_cast<double>(color.image.cols) / now.cols,
+                           static_cast<double>(color.image.rows) / now.rows);
+    cv::Mat centers = origins + cv::Scalar(0.5, 0.5);
+    cv::multiply(centers, scale, centers);
+    motion.origins_px = centers - cv::Scalar(0.5, 0.5);
+  }
+  before_ = now;
+  image_size_px_ = color.image.size();
+  return motion;
+}
+
+cv::Mat moveLabels(const cv::Mat& labels, const ImageMotion& motion) {
+  cv::Mat origins;
+  cv::resize(motion.origins_px, origins, labels.size(), 0, 0, cv::INTER_LINEAR);
+  cv::Mat moved;
+  cv::remap(labels, moved, origins, cv::noArray(), cv::INTER_NEAREST, cv::BORDER_CONSTANT,
+            cv::Scalar(0));
+  return moved;
+}
+
+Eigen::MatrixXi countCommonPixels(const cv::Mat& labels_a, std::size_t num_a,
+                                  const cv::Mat& labels_b, std::size_t num_b) {
+  Eigen::MatrixXi counts = Eigen::MatrixXi::Zero(static_cast<Eigen::Index>(num_a) + 1,
+                                                 static_cast<Eigen::Index>(num_b) + 1);
+  for (int v = 0; v < labels_a.rows; v += kCountStep_px) {
+    const auto* a = labels_a.ptr<std::uint16_t>(v);
+    const auto* b = labels_b.ptr<std::uint16_t>(v);
+    for (int u = 0; u < labels_a.cols; u += kCountStep_px) {
+      counts(a[u], b[u]) += kCountStep_px * kCountStep_px;
+    }
+  }
+  return counts;
+}
+
+}  // namespace tsg::segmentation
