@@ -5,7 +5,7 @@ add_library(tsg_test_support STATIC EXCLUDE_FROM_ALL ${TSG_SUPPORT_SOURCES})
 target_include_directories(tsg_test_support PUBLIC test/support)
 target_compile_definitions(tsg_test_support PUBLIC TSG_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}")
 target_link_libraries(tsg_test_support
-  PUBLIC tsg_core nlohmann_json::nlohmann_json ${OCTOMAP_LIBRARIES}
+  PUBLIC tsg_core nlohmann_json::nlohmann_json ZLIB::ZLIB ${OCTOMAP_LIBRARIES}
   PRIVATE tsg_warnings)
 
 function(tsg_add_unit_test module library)
@@ -21,9 +21,6 @@ endfunction()
 foreach(module ${TSG_CORE_MODULES})
   tsg_add_unit_test(${module} tsg_core)
 endforeach()
-# The segmentation's tests compare ONNX Runtime with OpenCV's own runtime.
-find_package(OpenCV REQUIRED COMPONENTS dnn)
-target_link_libraries(test_segmentation ${OpenCV_LIBS})
 if(TARGET tsg_ros)
   tsg_add_unit_test(ros tsg_ros)
 endif()

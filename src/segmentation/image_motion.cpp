@@ -13,6 +13,7 @@ constexpr int kGridColumns = 160;
 constexpr int kSmallestGridSide = 24;  // DIS needs some patches of 8 px
 constexpr int kMaxResidual_8bit = 24;  // of a pixel that looks the same
 constexpr int kCountStep_px = 2;
+constexpr double kMinResponse = 0.05;  // of the phase correlation, 1 = a pure shift
 
 cv::Mat makeSmallGrey(const ColorImage& color) {
   const cv::Size size = color.image.size();
@@ -25,6 +26,23 @@ cv::Mat makeSmallGrey(const ColorImage& color) {
   cv::cvtColor(small, grey,
                color.order == ColorOrder::kRgb ? cv::COLOR_RGB2GRAY : cv::COLOR_BGR2GRAY);
   return grey;
+}
+
+/// Where most of the image moved (now to before), as a flow to start from: a turning camera moves
+/// everything farther than the flow would find by itself.
+cv::Mat makeInitialFlow(const cv::Mat& now, const cv::Mat& before) {
+  cv::Mat one;
+  cv::Mat other;
+  now.convertTo(one, CV_32FC1);
+  before.convertTo(other, CV_32FC1);
+  cv::Mat window;
+  cv::createHanningWindow(window, now.size(), CV_32FC1);
+  double response = 0.0;
+  const cv::Point2d shift = cv::phaseCorrelate(one, other, window, &response);
+  const bool is_clear = response > kMinResponse && std::abs(shift.x) < 0.5 * now.cols &&
+                        std::abs(shift.y) < 0.5 * now.rows;
+  const cv::Point2d start = is_clear ? shift : cv::Point2d(0.0, 0.0);
+  return {now.size(), CV_32FC2, cv::Scalar(start.x, start.y)};
 }
 
 /// Grid positions that the flow leads to.
@@ -77,7 +95,7 @@ ImageMotion MotionEstimator::update(const ColorImage& color) {
   const bool is_first = before_.empty() || image_size_px_ != color.image.size();
   ImageMotion motion;
   if (!is_first) {
-    cv::Mat flow;
+    cv::Mat flow = makeInitialFlow(now, before_);
     flow_->calc(now, before_, flow);
     const cv::Mat origins = toOrigins(flow);
     motion.is_known = findKnown(before_, now, origins);

@@ -72,16 +72,20 @@ TEST(ReferenceMasksOfFastSam, ArePaintedSmallestFirstAndOpened) {
   const LabelledSegments raw = paintLabels(masks, size, false, 1);
   EXPECT_EQ(cv::norm(raw.labels, owners, cv::NORM_INF), 0.0);
   const LabelledSegments refined = paintLabels(masks, size, true, 1);
-  ASSERT_EQ(refined.scores.size(), 23U);  // opening removes none of them
   int overlapping_px = 0;
+  int label = 0;  // what opening removes has none
   for (int i = 0; i < 23; ++i) {
     cv::Mat own = owners == i + 1;
     overlapping_px += masks[static_cast<std::size_t>(i)].area_px - cv::countNonZero(own);
     cv::copyMakeBorder(own, own, 1, 1, 1, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
     cv::morphologyEx(own, own, cv::MORPH_OPEN, cv::Mat::ones(3, 3, CV_8UC1));
     own = own(cv::Rect({1, 1}, size));
-    EXPECT_EQ(cv::norm(refined.labels == i + 1, own, cv::NORM_INF), 0.0) << i;
+    if (cv::countNonZero(own) == 0) continue;
+    ++label;
+    EXPECT_EQ(cv::norm(refined.labels == label, own, cv::NORM_INF), 0.0) << i;
   }
+  EXPECT_EQ(refined.scores.size(), static_cast<std::size_t>(label));
+  EXPECT_GE(label, 22);
   EXPECT_GT(overlapping_px, 15000);  // so that who wins matters
 }
 

@@ -158,7 +158,7 @@ TEST(EmbeddingSchedule, SlowChangesOfColourAndSizeAddUp) {
     world.show({fading, nearing});
     for (const std::size_t i_segment : world.embedded) ++times[i_segment];
   }
-  EXPECT_EQ(times[0], 2);  // 4 steps per mean channel: after 20 / 4 and a bit
+  EXPECT_EQ(times[0], 3);  // 4 steps per mean channel: after 12 / 4 and a bit, of 15
   EXPECT_GE(times[1], 2);
   EXPECT_LE(times[1], 4);
 }
@@ -252,13 +252,13 @@ TEST(EmbeddingSchedule, ABetterViewIsEmbeddedAndWeighsMore) {
   config.max_color_change_8bit = 50.0;
   World world(config);
   const Patch far{{300, 220, 40, 40}, {200, 20, 20}};
-  const Patch near{{290, 210, 60, 60}, {150, 20, 20}};
+  const Patch near{{292, 212, 56, 56}, {150, 20, 20}};
   world.show({far});
   const EmbeddingMatrix rows = world.show({near});
   EXPECT_EQ(world.embedded, Indices{0});
   const double weight_near = world.plan().memories[0].quality_px;
   const Eigen::RowVector4f mean =
-      world.encode(far) + 1.5F * world.encode(near);  // both are central, sides as 2 to 3
+      world.encode(far) + 1.4F * world.encode(near);  // both are central, sides as 40 to 56
   EXPECT_GT(weight_near, 50.0);
   EXPECT_TRUE(rows.row(0).isApprox(mean.normalized(), 1e-3F));
   world.show({far});

@@ -10,14 +10,20 @@
 namespace tsg::segmentation {
 namespace {
 
-/// Smooth noise, larger than any view of it.
+/// Noise with structure of all sizes, as photographs have it, larger than any view of it.
 cv::Mat makeWorld() {
-  cv::Mat coarse(40, 50, CV_8UC3);
+  cv::Mat world(800, 1000, CV_32FC3, cv::Scalar::all(0.0));
   cv::RNG random(5);
-  random.fill(coarse, cv::RNG::UNIFORM, 0, 256);
-  cv::Mat world;
-  cv::resize(coarse, world, {1000, 800}, 0, 0, cv::INTER_CUBIC);
-  return world;
+  for (const int cell_px : {200, 100, 50, 25, 12}) {
+    cv::Mat coarse(800 / cell_px, 1000 / cell_px, CV_32FC3);
+    random.fill(coarse, cv::RNG::UNIFORM, -1.0, 1.0);
+    cv::Mat layer;
+    cv::resize(coarse, layer, world.size(), 0, 0, cv::INTER_CUBIC);
+    world += layer * std::sqrt(static_cast<double>(cell_px));
+  }
+  cv::Mat pixels;
+  world.convertTo(pixels, CV_8UC3, 5.0, 128.0);
+  return pixels;
 }
 
 ColorImage view(const cv::Mat& world, cv::Point corner, double stamp_s = 0.0,
