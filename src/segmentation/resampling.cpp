@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "../mapping/vectorize.h"
+
 namespace tsg::segmentation {
 namespace {
 
@@ -70,23 +72,38 @@ std::uint8_t toByte(int fixed) {
 
 constexpr int kHalf = 1 << (kFractionBits - 1);
 
+/// One row along x. Four bytes are read per pixel, the last one for nothing, so that one vector
+/// holds them: `source` has one byte more than its pixels.
+TSG_VECTORIZE void resizeRow(const std::uint8_t* source, const Kernel& kernel, std::uint8_t* to) {
+  for (const Kernel::Sample& sample : kernel.samples) {
+    const std::uint8_t* from = source + 3 * sample.first;
+    int sum[4] = {kHalf, kHalf, kHalf, kHalf};
+    for (const int weight : sample.weights) {
+      for (int c = 0; c < 4; ++c) sum[c] += weight * from[c];
+      from += 3;
+    }
+    for (int c = 0; c < 3; ++c) *to++ = toByte(sum[c]);
+  }
+}
+
 /// Source rows [first_row, last_row), each resized along x.
 cv::Mat resizeColumns(const cv::Mat& image, const Kernel& kernel, int first_row, int last_row) {
   cv::Mat result(last_row - first_row, static_cast<int>(kernel.samples.size()), CV_8UC3);
+  const auto num_bytes = static_cast<std::size_t>(3 * image.cols);
+  std::vector<std::uint8_t> source(num_bytes + 1);
   for (int v = 0; v < result.rows; ++v) {
-    const std::uint8_t* source = image.ptr<std::uint8_t>(v + first_row);
-    std::uint8_t* to = result.ptr<std::uint8_t>(v);
-    for (const Kernel::Sample& sample : kernel.samples) {
-      const std::uint8_t* from = source + 3 * sample.first;
-      int sum[3] = {kHalf, kHalf, kHalf};
-      for (const int weight : sample.weights) {
-        for (int c = 0; c < 3; ++c) sum[c] += weight * from[c];
-        from += 3;
-      }
-      for (int c = 0; c < 3; ++c) *to++ = toByte(sum[c]);
-    }
+    std::copy_n(image.ptr<std::uint8_t>(v + first_row), num_bytes, source.begin());
+    resizeRow(source.data(), kernel, result.ptr<std::uint8_t>(v));
   }
   return result;
+}
+
+TSG_VECTORIZE void addWeighted(const std::uint8_t* from, int weight, std::size_t count, int* sums) {
+  for (std::size_t i = 0; i < count; ++i) sums[i] += weight * from[i];
+}
+
+TSG_VECTORIZE void toBytes(const int* sums, std::size_t count, std::uint8_t* to) {
+  for (std::size_t i = 0; i < count; ++i) to[i] = toByte(sums[i]);
 }
 
 /// Resized along y; row 0 of `image` is source row `first_row`.
@@ -98,11 +115,9 @@ cv::Mat resizeRows(const cv::Mat& image, const Kernel& kernel, int first_row) {
     std::fill(sums.begin(), sums.end(), kHalf);
     int row = sample.first - first_row;
     for (const int weight : sample.weights) {
-      const std::uint8_t* from = image.ptr<std::uint8_t>(row++);
-      for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += weight * from[i];
+      addWeighted(image.ptr<std::uint8_t>(row++), weight, sums.size(), sums.data());
     }
-    std::uint8_t* to = result.ptr<std::uint8_t>(v);
-    for (std::size_t i = 0; i < sums.size(); ++i) to[i] = toByte(sums[i]);
+    toBytes(sums.data(), sums.size(), result.ptr<std::uint8_t>(v));
   }
   return result;
 }

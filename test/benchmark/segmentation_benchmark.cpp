@@ -4,6 +4,10 @@
 // resize; then the networks themselves with the optional test models. One thread unless said.
 #include <benchmark/benchmark.h>
 
+#include <chrono>
+#include <cstdlib>
+#include <ctime>
+#include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <random>
@@ -181,15 +185,41 @@ struct RealModels {
 };
 
 std::optional<RealModels> loadRealModels(benchmark::State& state) {
+  const char* given = std::getenv("TSG_BENCHMARK_MODELS");
   const auto shared = test::findSharedFolder();
-  if (!shared || !std::filesystem::exists(*shared / "models/models.yaml")) {
-    state.SkipWithError("the test models are not here (set TSG_SHARED to their root)");
+  const std::string models =
+      given != nullptr ? given : (shared ? (*shared / "models/models.yaml").string() : "");
+  if (!std::filesystem::exists(models)) {
+    state.SkipWithError("no models (set TSG_BENCHMARK_MODELS to a model set, or TSG_SHARED)");
     return std::nullopt;
   }
-  const auto image = *shared / "data/kitchen/frame-000000.color.jpg";
-  return RealModels{loadModelSet((*shared / "models/models.yaml").string()),
-                    {{}, cv::imread(image.string()), ColorOrder::kBgr, nullptr}};
+  cv::Mat image;
+  if (shared) image = cv::imread((*shared / "data/kitchen/frame-000000.color.jpg").string());
+  return RealModels{loadModelSet(models),
+                    {{}, image.empty() ? makeImage() : image, ColorOrder::kBgr, nullptr}};
 }
+
+/// Time that passed, on the clock and on the processor (all threads of this process).
+class Cost {
+ public:
+  template <typename Action>
+  void add(Action&& action) {
+    const auto wall = std::chrono::steady_clock::now();
+    const std::clock_t cpu = std::clock();
+    action();
+    cpu_ms_ += 1e3 * static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC;
+    wall_ms_ +=
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - wall).count();
+    ++times_;
+  }
+  double cpuMs() const { return cpu_ms_ / times_; }
+  double wallMs() const { return wall_ms_ / times_; }
+
+ private:
+  double cpu_ms_ = 0.0;
+  double wall_ms_ = 0.0;
+  int times_ = 0;
+};
 
 EngineConfig withThreads(benchmark::State& state) {
   EngineConfig engine;
@@ -205,6 +235,46 @@ void runSegmenterNetwork(benchmark::State& state) {
   for (auto _ : state) network.run({{1, 3, kInput, kInput}, tensor.data(), nullptr});
 }
 BENCHMARK(runSegmenterNetwork)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+void prepareCrops(const cv::Mat& image, const LabelledSegments& segments, int size_px) {
+  for (std::size_t i = 0; i < segments.boxes_px.size(); ++i) {
+    for (const std::uint16_t label : {std::uint16_t{0}, static_cast<std::uint16_t>(i + 1)}) {
+      const cv::Mat square = cropToSquare(image, segments.labels, {segments.boxes_px[i], label},
+                                          CropFit::kCenterCrop, size_px);
+      benchmark::DoNotOptimize(square.data);
+    }
+  }
+}
+
+/// The bar: CPU time of all around the networks, at 60 segments, as a share of the segmenting
+/// network's own, measured in turn; crops apart, once for all segments and once for the fifth of
+/// them that schedule/mode reuse embeds.
+void compareAroundTheNetworks(benchmark::State& state) {
+  const auto real = loadRealModels(state);
+  if (!real) return;
+  const Network network(real->models.segmenter, withThreads(state));
+  const FakeOutputs outputs(60);
+  const Letterbox letterbox = computeLetterbox({640, 480}, kInput);
+  std::vector<float> tensor(3 * kInput * kInput);
+  Cost alone;
+  Cost around;
+  Cost crops;
+  for (auto _ : state) {
+    LabelledSegments segments;
+    around.add([&] {
+      fillLetterboxTensor(real->color, letterbox, tensor.data());
+      segments = paintLabels(decodeAll(outputs.raw(), selectAll(outputs)), {640, 480}, true, 20);
+    });
+    crops.add([&] { prepareCrops(real->color.image, segments, 224); });
+    alone.add([&] { network.run({{1, 3, kInput, kInput}, tensor.data(), nullptr}); });
+  }
+  state.counters["network_ms"] = alone.cpuMs();
+  state.counters["around_%"] = 100.0 * around.cpuMs() / alone.cpuMs();
+  state.counters["crops_%"] = 100.0 * crops.cpuMs() / alone.cpuMs();
+  state.counters["around+crops/5_%"] =
+      100.0 * (around.cpuMs() + 0.2 * crops.cpuMs()) / alone.cpuMs();
+}
+BENCHMARK(compareAroundTheNetworks)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 constexpr int kCrops = 16;
 
@@ -235,6 +305,32 @@ void encodeCrops(benchmark::State& state) {
       benchmark::Counter(kCrops, benchmark::Counter::kIsIterationInvariantRate);
 }
 BENCHMARK(encodeCrops)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+/// The bar: crops per second through our path, as a share of the bare engine's on ready tensors of
+/// four, measured in turn.
+void compareEncoderPaths(benchmark::State& state) {
+  const auto real = loadRealModels(state);
+  if (!real) return;
+  const Network network(real->models.image_encoder, withThreads(state));
+  const ImageEncoder encoder(real->models, withThreads(state), {});
+  const int side = encoder.inputSize();
+  const std::vector<float> tensor(static_cast<std::size_t>(4 * 3 * side * side), 0.4F);
+  std::vector<CropRequest> requests;
+  for (int i = 0; i < kCrops; ++i)
+    requests.push_back({{10 * i, 8 * i, 60 + 15 * i, 50 + 20 * i}, 0});
+  Cost bare;
+  Cost ours;
+  for (auto _ : state) {
+    bare.add([&] {
+      for (int i = 0; i < kCrops; i += 4) network.run({{4, 3, side, side}, tensor.data(), nullptr});
+    });
+    ours.add([&] { encoder.encode(real->color, {}, requests); });
+  }
+  state.counters["bare_ms/crop"] = bare.wallMs() / kCrops;
+  state.counters["throughput_%"] = 100.0 * bare.wallMs() / ours.wallMs();
+  state.counters["throughput_cpu_%"] = 100.0 * bare.cpuMs() / ours.cpuMs();
+}
+BENCHMARK(compareEncoderPaths)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 /// The whole chain; segments/frame says how much there was to embed.
 void segmentFrame(benchmark::State& state) {
