@@ -6,14 +6,12 @@
 #include <limits>
 #include <tuple>
 
+#include "continuation.h"
+
 namespace tsg::segmentation {
 namespace {
 
 using Memory = EmbeddingSchedule::Memory;
-
-cv::Point2d computeCenter(const cv::Rect& box) {
-  return {box.x + box.width / 2.0, box.y + box.height / 2.0};
-}
 
 /// How good a view is, in pixels: the square root of the area, less towards the image's corners,
 /// half where the border cuts the segment off.
@@ -26,19 +24,6 @@ double computeViewQuality(const cv::Rect& box, int area_px, cv::Size image_size)
                       box.y + box.height >= image_size.height;
   return std::sqrt(static_cast<double>(area_px)) * centrality * (is_cut ? 0.5 : 1.0);
 }
-
-/// A segment may continue an earlier one.
-struct Pair {
-  double similarity;
-  std::size_t segment;
-  std::size_t earlier;
-
-  /// Most similar first; ties by index, so that the order is a total one.
-  bool operator<(const Pair& other) const {
-    return std::make_tuple(-similarity, segment, earlier) <
-           std::make_tuple(-other.similarity, other.segment, other.earlier);
-  }
-};
 
 /// Why a segment needs the encoder, most urgent first.
 enum class Need { kNew, kChanged, kBetter, kOld, kNone };
@@ -62,55 +47,6 @@ Need findNeed(const Memory& memory, Stamp now, const ScheduleConfig& config) {
   return secondsBetween(memory.embedded_at, now) > config.max_age_s ? Need::kOld : Need::kNone;
 }
 
-/// What segments have in common with those of the image before, moved with the image.
-struct Overlaps {
-  Eigen::MatrixXi common_px;  ///< (label, earlier label); empty: not known
-  Eigen::VectorXi areas_px;   ///< by label
-  Eigen::RowVectorXi earlier_areas_px;
-};
-
-Overlaps computeOverlaps(const EmbeddingSchedule::Plan& plan, const cv::Mat& earlier_labels,
-                         std::size_t num_earlier, const ImageMotion& motion) {
-  if (motion.isEmpty()) return {};
-  Overlaps overlaps;
-  overlaps.common_px = countCommonPixels(plan.labels, plan.memories.size(),
-                                         moveLabels(earlier_labels, motion), num_earlier);
-  overlaps.areas_px = overlaps.common_px.rowwise().sum();
-  overlaps.earlier_areas_px = overlaps.common_px.colwise().sum();
-  return overlaps;
-}
-
-/// Mean of the IoU and of the common share of the smaller one; 0 if that share is too small.
-double computeOverlap(const Overlaps& overlaps, std::size_t segment, std::size_t earlier,
-                      double min_share) {
-  if (overlaps.common_px.size() == 0) return 0.0;
-  const auto row = static_cast<Eigen::Index>(segment) + 1;
-  const auto column = static_cast<Eigen::Index>(earlier) + 1;
-  const double common = overlaps.common_px(row, column);
-  const double area = overlaps.areas_px[row];
-  const double earlier_area = overlaps.earlier_areas_px[column];
-  const double smaller = std::min(area, earlier_area);
-  if (common == 0.0 || common < min_share * smaller) return 0.0;
-  return 0.5 * common / smaller + 0.5 * common / (area + earlier_area - common);
-}
-
-/// How alike two segments are that may be one, greater is better; nothing if they cannot be.
-std::optional<double> computeSimilarity(const Memory& now, const Memory& earlier, double overlap,
-                                        double image_width_px, const ScheduleConfig& config) {
-  std::optional<double> similarity;
-  if (overlap > 0.0) {
-    const double change = computeMeanColorChange(now.seen, earlier.seen);
-    if (change <= config.max_color_change_8bit) similarity = overlap * (1.0 - change / 255.0);
-  }
-  const double shift =
-      cv::norm(computeCenter(now.box_px) - computeCenter(earlier.box_px)) / image_width_px;
-  if (shift > config.max_shift) return similarity;
-  const double iou = computeMaskIou(now.seen, earlier.seen);
-  if (iou < config.min_mask_iou) return similarity;
-  const double change = computeColorChange(now.seen, earlier.seen);
-  return std::max(similarity.value_or(-1.0), iou * (1.0 - change / 255.0) - shift);
-}
-
 }  // namespace
 
 EmbeddingSchedule::EmbeddingSchedule(const ScheduleConfig& config, int crops_per_segment)
@@ -119,29 +55,6 @@ EmbeddingSchedule::EmbeddingSchedule(const ScheduleConfig& config, int crops_per
 bool EmbeddingSchedule::isContinued(const Plan& plan) const {
   const double gap_s = secondsBetween(stamp_, plan.stamp);
   return plan.labels.size() == labels_.size() && gap_s > 0.0 && gap_s <= config_.max_gap_s;
-}
-
-std::vector<std::optional<std::size_t>> EmbeddingSchedule::findPredecessors(
-    const Plan& plan, const ImageMotion& motion) const {
-  const Overlaps overlaps = computeOverlaps(plan, labels_, memories_.size(), motion);
-  std::vector<Pair> pairs;
-  for (std::size_t i = 0; i < plan.memories.size(); ++i) {
-    for (std::size_t k = 0; k < memories_.size(); ++k) {
-      const auto similarity = computeSimilarity(plan.memories[i], memories_[k],
-                                                computeOverlap(overlaps, i, k, config_.min_overlap),
-                                                plan.labels.cols, config_);
-      if (similarity) pairs.push_back({*similarity, i, k});
-    }
-  }
-  std::sort(pairs.begin(), pairs.end());
-  std::vector<std::optional<std::size_t>> predecessors(plan.memories.size());
-  std::vector<bool> taken(memories_.size(), false);
-  for (const Pair& pair : pairs) {
-    if (predecessors[pair.segment] || taken[pair.earlier]) continue;
-    predecessors[pair.segment] = pair.earlier;
-    taken[pair.earlier] = true;
-  }
-  return predecessors;
 }
 
 std::size_t EmbeddingSchedule::computeBudget(std::size_t num_segments) const {
@@ -175,7 +88,8 @@ EmbeddingSchedule::Plan EmbeddingSchedule::plan(const ColorImage& color,
 }
 
 void EmbeddingSchedule::inherit(const ImageMotion& motion, Plan& plan) const {
-  const auto predecessors = findPredecessors(plan, motion);
+  const auto predecessors =
+      findPredecessors({plan.memories, plan.labels}, {memories_, labels_}, motion, config_);
   for (std::size_t i = 0; i < plan.memories.size(); ++i) {
     if (!predecessors[i]) continue;
     const Memory& earlier = memories_[*predecessors[i]];

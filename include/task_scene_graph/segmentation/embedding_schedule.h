@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <optional>
 #include <vector>
 
 #include "task_scene_graph/config/visitor.h"
@@ -141,8 +140,6 @@ class EmbeddingSchedule {
 
  private:
   bool isContinued(const Plan& plan) const;
-  std::vector<std::optional<std::size_t>> findPredecessors(const Plan& plan,
-                                                           const ImageMotion& motion) const;
   void inherit(const ImageMotion& motion, Plan& plan) const;
   void choose(Plan& plan) const;
   std::size_t computeBudget(std::size_t num_segments) const;

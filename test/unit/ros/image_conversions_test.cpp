@@ -66,10 +66,14 @@ TEST(ColorConversion, OtherEncodingsAreConvertedWithOneCopy) {
 }
 
 TEST(ColorConversion, UnknownEncodingIsNamedWithTheTopic) {
-  const auto message = makeColor("16UC1", CV_16UC1);
-  const std::string error = messageOf([&] { toColorImage(message, "/my/color"); });
-  EXPECT_NE(error.find("/my/color has encoding '16UC1', expected rgb8 or bgr8"), std::string::npos)
-      << error;
+  for (const auto& [encoding, type] :
+       {std::pair<std::string, int>{"16UC1", CV_16UC1}, {"bayer_rggb8", CV_8UC1}}) {
+    const auto message = makeColor(encoding, type);
+    const std::string error = messageOf([&] { toColorImage(message, "/my/color"); });
+    EXPECT_NE(error.find("/my/color has encoding '" + encoding + "', expected rgb8 or bgr8"),
+              std::string::npos)
+        << error;
+  }
 }
 
 TEST(ColorConversion, TooFewBytesAreAnError) {
