@@ -54,13 +54,18 @@ def suppress(boxes, scores, threshold):
     return kept
 
 
-def upsample(plane, side):
-    """Bilinear, pixel centres at whole numbers plus one half, borders repeated."""
-    size = plane.shape[0]
-    at = np.clip((np.arange(side) + 0.5) * size / side - 0.5, 0, size - 1)
+def spread(size, wanted):
+    """Cells below and the share of those above, for pixel centres at whole numbers plus one half."""
+    at = np.clip((np.arange(wanted) + 0.5) * size / wanted - 0.5, 0, size - 1)
     low = np.minimum(at.astype(int), size - 2)
-    part = at - low
+    return low, at - low
+
+
+def upsample(plane, height, width):
+    """Bilinear, borders repeated."""
+    low, part = spread(plane.shape[0], height)
     rows = plane[low] * (1 - part)[:, None] + plane[low + 1] * part[:, None]
+    low, part = spread(plane.shape[1], width)
     return rows[:, low] * (1 - part) + rows[:, low + 1] * part
 
 
@@ -86,13 +91,15 @@ def find_masks(models, folder, image):
     middle, half = predictions[:, :2], predictions[:, 2:4] / 2
     boxes = np.concatenate([middle - half, middle + half], axis=1)
     height, width = image.shape[:2]
+    cell = side // prototypes.shape[1]  # the letterbox's padding is left out before enlarging
+    prototypes = prototypes[:, top // cell:(top + height) // cell, left // cell:(left + width) // cell]
     u, v = np.meshgrid(np.arange(width) + left, np.arange(height) + top)
     found = []
     for i in suppress(boxes, predictions[:, 4], models["segmenter_iou_threshold"]):
-        logits = upsample(np.tensordot(predictions[i, 5:], prototypes, 1), side)
+        logits = upsample(np.tensordot(predictions[i, 5:], prototypes, 1), height, width)
         x0, y0, x1, y1 = boxes[i]
         inside = (u >= x0) & (u < x1) & (v >= y0) & (v < y1)
-        mask = (logits[top:top + height, left:left + width] > 0) & inside
+        mask = (logits > 0) & inside
         found.append((mask, predictions[i, 4]))
     return found
 
