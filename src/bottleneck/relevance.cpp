@@ -6,6 +6,8 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "task_scene_graph/core/vectorize.h"
+
 namespace tsg::bottleneck {
 namespace {
 
@@ -15,18 +17,10 @@ typedef float FloatLanes __attribute__((vector_size(16), aligned(4), may_alias))
 constexpr int kTileWidth = 16;        // four of them
 constexpr Eigen::Index kChunk = 128;  // dimensions; that much of a tile fits the innermost cache
 
-// Twice as fast where the processor has wider registers, and bit for bit the same: no fused
-// multiply-add, and one sum per task in any case.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-#define TSG_WIDE_REGISTERS __attribute__((target_clones("avx2", "default")))
-#else
-#define TSG_WIDE_REGISTERS
-#endif
-
 // Sums of two embeddings; of one alone, each addition would wait for the one before. One sum per
 // task, in order of dimension: no other task or embedding changes a score.
-TSG_WIDE_REGISTERS void addTileProducts(const float* a, const float* b, Eigen::Index dimension,
-                                        const double* tile, double* sums_a, double* sums_b) {
+TSG_VECTORIZE void addTileProducts(const float* a, const float* b, Eigen::Index dimension,
+                                   const double* tile, double* sums_a, double* sums_b) {
   Lanes* out_a = reinterpret_cast<Lanes*>(sums_a);
   Lanes* out_b = reinterpret_cast<Lanes*>(sums_b);
   Lanes a0 = out_a[0], a1 = out_a[1], a2 = out_a[2], a3 = out_a[3];
@@ -48,7 +42,7 @@ TSG_WIDE_REGISTERS void addTileProducts(const float* a, const float* b, Eigen::I
   out_b[0] = b0, out_b[1] = b1, out_b[2] = b2, out_b[3] = b3;
 }
 
-TSG_WIDE_REGISTERS double computeSquaredNorm(const float* x, Eigen::Index dimension) {
+TSG_VECTORIZE double computeSquaredNorm(const float* x, Eigen::Index dimension) {
   Lanes s0{}, s1{};
   Eigen::Index d = 0;
   for (; d + 8 <= dimension; d += 8) {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "vectorize.h"
+#include "task_scene_graph/core/vectorize.h"
 
 namespace tsg::mapping {
 namespace {

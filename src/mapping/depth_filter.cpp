@@ -6,7 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "task_scene_graph/config/config.h"
-#include "vectorize.h"
+#include "task_scene_graph/core/vectorize.h"
 
 namespace tsg::mapping {
 namespace {

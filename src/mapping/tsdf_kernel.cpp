@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "vectorize.h"
+#include "task_scene_graph/core/vectorize.h"
 
 namespace tsg::mapping {
 namespace {

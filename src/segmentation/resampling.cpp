@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "../mapping/vectorize.h"
+#include "task_scene_graph/core/vectorize.h"
 
 namespace tsg::segmentation {
 namespace {
