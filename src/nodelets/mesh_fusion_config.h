@@ -29,7 +29,8 @@ struct MeshFusionNodeletConfig {
     pipeline::BackgroundFusionConfig::visit(self.background_fusion, v);
     pipeline::ObjectFusionConfig::visit(self.object_fusion, v);
     v.group("input", self.input);
-    v.field("output", self.output, {}, "", "folder that mesh.ply and map.bt are written to; empty = none");
+    v.field("output", self.output, {}, "",
+            "folder that mesh.ply and map.bt are written to; empty = none");
     v.field("mesh_period_s", self.mesh_period_s, {0.0, 3600.0}, "s",
             "least time (of the frames' stamps) between two messages on `mesh`");
     v.field("octomap_period_s", self.octomap_period_s, {0.0, 3600.0}, "s",

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <std_srvs/Trigger.h>
-#include <visualization_msgs/MarkerArray.h>
 
 #include <atomic>
 #include <deque>
@@ -18,7 +17,7 @@
 #include "task_scene_graph/ros/arrivals.h"
 #include "task_scene_graph/ros/frame_matcher.h"
 #include "task_scene_graph/ros/geometry_conversions.h"
-#include "task_scene_graph/ros/mesh_markers.h"
+#include "task_scene_graph/ros/mesh_publisher.h"
 #include "task_scene_graph/ros/message_conversions.h"
 #include "task_scene_graph/ros/occupancy_publisher.h"
 #include "task_scene_graph/ros/rgbd_input.h"
@@ -65,18 +64,15 @@ class MeshFusionNodelet : public StageNodelet {
   void processBackground(const BackgroundJob& job);
   void processObjects(const ObjectJob& job);
   void publishPrimitives(const std::vector<ObjectPrimitivePtr>& primitives, Stamp stamp);
-  void publishMesh(Stamp stamp, bool force);
   void publishPlaces(Stamp stamp, bool force);
-  void greetMeshSubscriber(const ros::SingleSubscriberPublisher& subscriber);
   void greetPrimitivesSubscriber(const ros::SingleSubscriberPublisher& subscriber);
   bool saveMesh(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   std::string writeMesh();
 
   MeshFusionNodeletConfig config_;
-  std::mutex background_mutex_;  ///< guards the four below
+  std::mutex background_mutex_;  ///< guards the three below
   std::unique_ptr<pipeline::BackgroundFusion> background_;
-  std::unique_ptr<ros_interface::MeshMarkers> markers_;
-  std::optional<Stamp> last_mesh_;
+  std::unique_ptr<ros_interface::MeshPublisher> mesh_publisher_;
   Stamp newest_frame_;
   std::unique_ptr<pipeline::ObjectFusion> objects_;  ///< the object worker's own, as the next
   Stamp newest_tracks_;
@@ -87,7 +83,6 @@ class MeshFusionNodelet : public StageNodelet {
   std::deque<HeldTracks> held_tracks_;
   Stamp newest_match_;
   ros_interface::Arrivals arrivals_;
-  ros::Publisher mesh_publisher_;
   ros::Publisher primitives_publisher_;
   ros::Publisher places_publisher_;
   std::unique_ptr<ros_interface::OccupancyPublisher> occupancy_publisher_;  ///< null if off
@@ -121,7 +116,6 @@ void MeshFusionNodelet::start() {
   config_ = loadConfig<MeshFusionNodeletConfig>();
   background_ = std::make_unique<pipeline::BackgroundFusion>(config_.background_fusion);
   objects_ = std::make_unique<pipeline::ObjectFusion>(config_.object_fusion);
-  markers_ = std::make_unique<ros_interface::MeshMarkers>(config_.input.world_frame);
   matcher_ =
       std::make_unique<ros_interface::FrameMatcher>(static_cast<std::size_t>(config_.frame_cache));
   background_worker_ = std::make_unique<ros_interface::Worker<BackgroundJob>>(
@@ -135,8 +129,10 @@ void MeshFusionNodelet::start() {
 
 void MeshFusionNodelet::startTopics() {
   ros::NodeHandle& handle = getNodeHandle();
-  mesh_publisher_ = handle.advertise<visualization_msgs::MarkerArray>(
-      "mesh", 1000, [this](const auto& subscriber) { greetMeshSubscriber(subscriber); });
+  mesh_publisher_ = std::make_unique<ros_interface::MeshPublisher>(
+      handle,
+      ros_interface::MeshPublisher::Options{config_.input.world_frame, config_.mesh_period_s},
+      *background_, background_mutex_);
   primitives_publisher_ = handle.advertise<msg::ObjectPrimitives>(
       "object_primitives", 1000,
       [this](const auto& subscriber) { greetPrimitivesSubscriber(subscriber); });
@@ -230,7 +226,7 @@ void MeshFusionNodelet::processBackground(const BackgroundJob& job) {
     background_->integrate(*job.frame);
     report().countProcessed(timer.elapsedMs());
     newest_frame_ = job.frame->stamp;
-    publishMesh(newest_frame_, false);
+    mesh_publisher_->publish(newest_frame_, false);
     publishPlaces(newest_frame_, false);
     if (occupancy_publisher_) occupancy_publisher_->publish(newest_frame_, false);
     reportBackground(*background_, report());
@@ -266,26 +262,11 @@ void MeshFusionNodelet::publishPrimitives(const std::vector<ObjectPrimitivePtr>&
       ros_interface::toMessage(primitives, stamp, config_.input.world_frame));
 }
 
-void MeshFusionNodelet::publishMesh(Stamp stamp, bool force) {
-  const bool is_due = !last_mesh_ || stamp < *last_mesh_ ||
-                      secondsBetween(*last_mesh_, stamp) >= config_.mesh_period_s;
-  if (!is_due && !force) return;
-  last_mesh_ = stamp;
-  const auto messages = markers_->update(background_->updateMesh());
-  if (mesh_publisher_.getNumSubscribers() == 0) return;
-  for (const auto& message : messages) mesh_publisher_.publish(message);
-}
-
 void MeshFusionNodelet::publishPlaces(Stamp stamp, bool force) {
   const PlaceGraphPtr places = background_->updatePlaces(stamp, force);
   if (places == nullptr) return;
   places_publisher_.publish(ros_interface::toMessage(*places, config_.input.world_frame));
   report().set("places", std::to_string(places->places.size()));
-}
-
-void MeshFusionNodelet::greetMeshSubscriber(const ros::SingleSubscriberPublisher& subscriber) {
-  const std::lock_guard<std::mutex> lock(background_mutex_);
-  for (const auto& message : markers_->all()) subscriber.publish(message);
 }
 
 void MeshFusionNodelet::greetPrimitivesSubscriber(
@@ -327,7 +308,7 @@ msg::FinishResponse MeshFusionNodelet::finish(const msg::FinishRequest& request,
                                       : "tracks did not arrive";
   const std::lock_guard<std::mutex> lock(background_mutex_);
   if (newest_frame_ != Stamp{}) {
-    publishMesh(newest_frame_, true);
+    mesh_publisher_->publish(newest_frame_, true);
     publishPlaces(newest_frame_, true);
     if (occupancy_publisher_) occupancy_publisher_->publish(newest_frame_, true);
     response.stamp = ros_interface::toRosTime(newest_frame_);
