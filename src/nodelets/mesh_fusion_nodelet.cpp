@@ -11,14 +11,15 @@
 #include "mesh_fusion_config.h"
 #include "mesh_fusion_report.h"
 #include "stage_nodelet.h"
-#include "task_scene_graph/mapping/ply.h"
 #include "task_scene_graph/pipeline/background_fusion.h"
+#include "task_scene_graph/pipeline/map_files.h"
 #include "task_scene_graph/pipeline/object_fusion.h"
 #include "task_scene_graph/ros/arrivals.h"
 #include "task_scene_graph/ros/frame_matcher.h"
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/mesh_publisher.h"
 #include "task_scene_graph/ros/message_conversions.h"
+#include "task_scene_graph/ros/object_follower.h"
 #include "task_scene_graph/ros/occupancy_publisher.h"
 #include "task_scene_graph/ros/rgbd_input.h"
 #include "task_scene_graph/ros/topic_watch.h"
@@ -67,13 +68,15 @@ class MeshFusionNodelet : public StageNodelet {
   void publishPlaces(Stamp stamp, bool force);
   void greetPrimitivesSubscriber(const ros::SingleSubscriberPublisher& subscriber);
   bool saveMesh(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
-  std::string writeMesh();
+  /// mesh.ply and the occupancy map's files. Waits for the graph of what was published last.
+  std::string writeMesh(Deadline deadline);
 
   MeshFusionNodeletConfig config_;
-  std::mutex background_mutex_;  ///< guards the three below
+  std::mutex background_mutex_;  ///< guards the four below
   std::unique_ptr<pipeline::BackgroundFusion> background_;
   std::unique_ptr<ros_interface::MeshPublisher> mesh_publisher_;
   Stamp newest_frame_;
+  Stamp newest_places_;
   std::unique_ptr<pipeline::ObjectFusion> objects_;  ///< the object worker's own, as the next
   Stamp newest_tracks_;
   std::mutex primitives_mutex_;
@@ -88,6 +91,7 @@ class MeshFusionNodelet : public StageNodelet {
   std::unique_ptr<ros_interface::OccupancyPublisher> occupancy_publisher_;  ///< null if off
   ros::ServiceServer save_server_;
   std::unique_ptr<ros_interface::FrameMatcher> matcher_;
+  std::unique_ptr<ros_interface::ObjectFollower> object_follower_;
   std::unique_ptr<ros_interface::TopicWatch> watch_;
   std::unique_ptr<ros_interface::Worker<BackgroundJob>> background_worker_;
   std::unique_ptr<ros_interface::Worker<ObjectJob>> object_worker_;
@@ -106,7 +110,7 @@ MeshFusionNodelet::~MeshFusionNodelet() {
   object_worker_->stop();
   if (config_.output.empty() || newest_frame_ == Stamp{}) return;
   try {
-    writeMesh();
+    writeMesh(std::chrono::steady_clock::now());
   } catch (const std::exception& e) {
     NODELET_ERROR_STREAM("mesh not saved: " << e.what());
   }
@@ -152,6 +156,7 @@ void MeshFusionNodelet::startTopics() {
   segmentation_subscriber_ =
       handle.subscribe("segmentation", 100, &MeshFusionNodelet::onSegmentation, this);
   tracks_subscriber_ = handle.subscribe("tracks", 1000, &MeshFusionNodelet::onTracks, this);
+  object_follower_ = std::make_unique<ros_interface::ObjectFollower>(handle);
   watch_ = std::make_unique<ros_interface::TopicWatch>(report(), config_.input.patience_s);
   watch_->add(segmentation_subscriber_, "segmentation");
   watch_->add(tracks_subscriber_, "tracks");
@@ -265,6 +270,7 @@ void MeshFusionNodelet::publishPrimitives(const std::vector<ObjectPrimitivePtr>&
 void MeshFusionNodelet::publishPlaces(Stamp stamp, bool force) {
   const PlaceGraphPtr places = background_->updatePlaces(stamp, force);
   if (places == nullptr) return;
+  newest_places_ = stamp;
   places_publisher_.publish(ros_interface::toMessage(*places, config_.input.world_frame));
   report().set("places", std::to_string(places->places.size()));
 }
@@ -322,7 +328,7 @@ bool MeshFusionNodelet::saveMesh(std_srvs::Trigger::Request&,
                                  std_srvs::Trigger::Response& response) {
   try {
     if (config_.output.empty()) throw std::runtime_error("parameter 'output' is not set");
-    response.message = writeMesh();
+    response.message = writeMesh(std::chrono::steady_clock::now() + std::chrono::seconds(5));
     response.success = 1;
   } catch (const std::exception& e) {
     response.message = std::string("mesh not saved: ") + e.what();
@@ -331,15 +337,19 @@ bool MeshFusionNodelet::saveMesh(std_srvs::Trigger::Request&,
   return true;
 }
 
-std::string MeshFusionNodelet::writeMesh() {
-  const std::filesystem::path path = std::filesystem::path(config_.output) / "mesh.ply";
-  std::filesystem::create_directories(path.parent_path());
-  const std::lock_guard<std::mutex> lock(background_mutex_);
-  mapping::writePly(path.string(), background_->extractMesh());
-  if (background_->occupancy() != nullptr) {
-    background_->occupancy()->write(path.parent_path() / "map.bt");
-  }
-  return path.string();
+std::string MeshFusionNodelet::writeMesh(Deadline deadline) {
+  const std::filesystem::path folder(config_.output);
+  std::filesystem::create_directories(folder);
+  std::unique_lock<std::mutex> lock(background_mutex_);
+  const Mesh mesh = background_->extractMesh();
+  const Stamp newest_places = newest_places_;
+  pipeline::writeOccupancyFiles(folder, background_->occupancy());
+  lock.unlock();
+  const auto objects = object_follower_->findObjects(newest_places, deadline);
+  const std::lock_guard<std::mutex> primitives_lock(primitives_mutex_);
+  pipeline::writeMeshFile(folder, mesh, primitives_, objects,
+                          config_.background_fusion.background.tsdf.voxel_size_m);
+  return (folder / "mesh.ply").string();
 }
 
 }  // namespace tsg::nodelets

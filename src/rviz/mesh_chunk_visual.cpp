@@ -3,6 +3,7 @@
 
 #include <OgreManualObject.h>
 #include <OgreMaterialManager.h>
+#include <OgreResourceGroupManager.h>
 #include <OgreSceneManager.h>
 #include <OgreSceneNode.h>
 #include <OgreTechnique.h>
@@ -14,7 +15,9 @@
 namespace tsg::rviz_plugin {
 namespace {
 
-constexpr const char* kResourceGroup = "rviz";
+const std::string& resourceGroup() {
+  return Ogre::ResourceGroupManager::DEFAULT_RESOURCE_GROUP_NAME;
+}
 
 /// One normal per vertex, weighted by the areas of its triangles; not of unit length.
 std::vector<Eigen::Vector3f> computeNormals(const Mesh& mesh) {
@@ -65,7 +68,7 @@ void addVertices(const Mesh& mesh, const MeshStyle& style, Ogre::ManualObject& o
 MeshMaterial::MeshMaterial() {
   static int count = 0;
   name_ = "task_scene_graph_mesh_" + std::to_string(count++);
-  material_ = Ogre::MaterialManager::getSingleton().create(name_, kResourceGroup);
+  material_ = Ogre::MaterialManager::getSingleton().create(name_, resourceGroup());
   material_->setReceiveShadows(false);
   material_->setLightingEnabled(false);
   setBackFaces(false);
@@ -73,7 +76,7 @@ MeshMaterial::MeshMaterial() {
 }
 
 MeshMaterial::~MeshMaterial() {
-  Ogre::MaterialManager::getSingleton().remove(name_, kResourceGroup);
+  Ogre::MaterialManager::getSingleton().remove(name_, resourceGroup());
 }
 
 void MeshMaterial::setTransparent(bool is_transparent) {
@@ -109,7 +112,7 @@ void MeshChunkVisual::draw(const std::vector<const Mesh*>& meshes, const MeshSty
   if (num_triangles == 0) return;
   object_->estimateVertexCount(num_vertices);
   object_->estimateIndexCount(3 * num_triangles);
-  object_->begin(material, Ogre::RenderOperation::OT_TRIANGLE_LIST, kResourceGroup);
+  object_->begin(material, Ogre::RenderOperation::OT_TRIANGLE_LIST, resourceGroup());
   std::uint32_t offset = 0;
   for (const Mesh* mesh : meshes) {
     addVertices(*mesh, style, *object_);
