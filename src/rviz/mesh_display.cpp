@@ -122,7 +122,8 @@ void MeshDisplay::takeIn(const msg::MeshUpdate& message) {
   if (result.status == Status::kApplied) {
     setStatus(rviz::StatusProperty::Ok, "Topic", QString("%1 messages").arg(num_messages_));
   } else {
-    setStatus(rviz::StatusProperty::Warn, "Topic", "Waiting for the whole mesh");
+    setStatus(rviz::StatusProperty::Warn, "Topic",
+              "Waiting for the whole mesh (only the first display of a topic is sent it)");
   }
 }
 

@@ -148,8 +148,9 @@ TEST_F(Chain, OccupancyChangesAddUpToTheOctreeThatIsPublishedAndWritten) {
       octomap::AbstractOcTree::read(outputPath("map.ot")));
   ASSERT_NE(full, nullptr);
   EXPECT_EQ(full->getTreeType(), "OcTree");
-  for (const octomap::OcTree* tree : {&published, static_cast<const octomap::OcTree*>(&written),
-                                      dynamic_cast<const octomap::OcTree*>(full.get())}) {
+  const auto* probabilities = dynamic_cast<const octomap::OcTree*>(full.get());
+  const std::vector<const octomap::OcTree*> trees{&published, &written, probabilities};
+  for (const auto* tree : trees) {
     std::size_t num_wrong = 0;
     for (const auto& [index, is_occupied] : voxels) {
       const auto* node = tree->search((index[0] + 0.5) * message->resolution,
