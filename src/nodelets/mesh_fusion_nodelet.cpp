@@ -124,7 +124,12 @@ void MeshFusionNodelet::start() {
       std::make_unique<ros_interface::FrameMatcher>(static_cast<std::size_t>(config_.frame_cache));
   background_worker_ = std::make_unique<ros_interface::Worker<BackgroundJob>>(
       static_cast<std::size_t>(config_.queue_size),
-      [this](const BackgroundJob& job) { processBackground(job); });
+      [this](const BackgroundJob& job) { processBackground(job); },
+      [this](const BackgroundJob& job) {
+        report().countDropped(
+            job.segmentation == nullptr ? "integration queue full" : "view for places: queue full",
+            "", 1);
+      });
   object_worker_ = std::make_unique<ros_interface::Worker<ObjectJob>>(
       static_cast<std::size_t>(config_.object_queue_size),
       [this](const ObjectJob& job) { processObjects(job); });
@@ -163,7 +168,7 @@ void MeshFusionNodelet::startTopics() {
 }
 
 void MeshFusionNodelet::onFrame(const RgbdFramePtr& frame) {
-  report().countDropped("integration queue full", "", background_worker_->push({frame, nullptr}));
+  background_worker_->push({frame, nullptr});
   enqueueMatch(matcher_->addFrame(frame));
 }
 
@@ -198,7 +203,7 @@ void MeshFusionNodelet::onJumpBack() {
 void MeshFusionNodelet::enqueueMatch(std::optional<Match> match) {
   if (!match) return;
   if (match->segmentation->image_embedding.size() > 0) {
-    report().countDropped("integration queue full", "", background_worker_->push(*match));
+    background_worker_->push(*match);
   }
   {
     const std::lock_guard<std::mutex> lock(tracks_mutex_);

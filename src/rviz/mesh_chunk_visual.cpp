@@ -76,7 +76,7 @@ MeshMaterial::MeshMaterial() {
 }
 
 MeshMaterial::~MeshMaterial() {
-  Ogre::MaterialManager::getSingleton().remove(name_, resourceGroup());
+  Ogre::MaterialManager::getSingleton().remove(material_->getHandle());
 }
 
 void MeshMaterial::setTransparent(bool is_transparent) {
