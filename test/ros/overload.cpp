@@ -45,13 +45,4 @@ TEST(Overload, DepthIntegrationDropsAndCountsFramesAndHoldsUpNothingElse) {
 }  // namespace
 }  // namespace tsg::test
 
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "overload_test");
-  ros::AsyncSpinner spinner(4);
-  spinner.start();
-  const int result = RUN_ALL_TESTS();
-  spinner.stop();
-  ros::shutdown();
-  return result;
-}
+int main(int argc, char** argv) { return tsg::test::runRosTests(argc, argv, "overload_test"); }
