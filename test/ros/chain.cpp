@@ -195,8 +195,9 @@ TEST_F(Chain, EveryStageReadsThePixelsOfTheMessageItself) {
   expected << static_cast<const void*>(state_->last.depth->data.data());
   for (const std::string stage : {"tracker", "mesh_fusion"}) {
     ASSERT_TRUE(waitUntil([&] {
-      return findDiagnostics(state_->diagnostics, stage)["pixels of the last image"] ==
-             expected.str();
+      auto lines = findDiagnostics(state_->diagnostics, stage);
+      return lines["pixels of the last image"] == expected.str() &&
+             lines["processed"] == std::to_string(kNumFrames);
     })) << stage
         << ": " << findDiagnostics(state_->diagnostics, stage)["pixels of the last image"]
         << ", published: " << expected.str();
