@@ -42,6 +42,9 @@ endforeach()
 
 # Rostests: test/ros/<name>.test, with the C++ test node test/ros/<name>.cpp where there is one.
 file(GLOB TSG_ROSTESTS CONFIGURE_DEPENDS test/ros/*.test)
+if(NOT TARGET tsg_rviz)
+  list(FILTER TSG_ROSTESTS EXCLUDE REGEX "/rviz_plugin\\.test$")
+endif()
 foreach(launch ${TSG_ROSTESTS})
   get_filename_component(name ${launch} NAME_WE)
   if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/test/ros/${name}.cpp)
@@ -51,6 +54,12 @@ foreach(launch ${TSG_ROSTESTS})
     add_rostest(test/ros/${name}.test)
   endif()
 endforeach()
+
+if(TARGET rostest_rviz_plugin)
+  target_include_directories(rostest_rviz_plugin SYSTEM PRIVATE ${rviz_INCLUDE_DIRS})
+  target_link_libraries(rostest_rviz_plugin ${rviz_LIBRARIES} Qt5::Core Qt5::Widgets)
+  add_dependencies(rostest_rviz_plugin tsg_rviz)
+endif()
 
 # Benchmarks: test/benchmark/<name>_benchmark.cpp, built with the tests where google-benchmark is there.
 find_package(benchmark QUIET)

@@ -200,6 +200,20 @@ MeshUpdate BackgroundMap::updateMesh() {
   return update;
 }
 
+std::vector<GridIndex> BackgroundMap::meshBlocks() const {
+  std::vector<GridIndex> blocks;
+  blocks.reserve(meshes_.size());
+  for (const auto& [block, mesh] : meshes_) blocks.push_back(block);
+  std::sort(blocks.begin(), blocks.end(), isBefore);
+  return blocks;
+}
+
+std::shared_ptr<const Mesh> BackgroundMap::findMesh(const GridIndex& block) const {
+  const auto mesh = meshes_.find(block);
+  if (mesh == meshes_.end()) return nullptr;
+  return mesh->second ? mesh->second : std::make_shared<const Mesh>(archived_.load(block));
+}
+
 Mesh BackgroundMap::extractMesh() const {
   std::map<GridIndex, MeshPtr, Before> current(meshes_.begin(), meshes_.end());
   const auto stale = computeStaleBlocks();

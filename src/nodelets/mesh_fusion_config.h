@@ -29,11 +29,12 @@ struct MeshFusionNodeletConfig {
     pipeline::BackgroundFusionConfig::visit(self.background_fusion, v);
     pipeline::ObjectFusionConfig::visit(self.object_fusion, v);
     v.group("input", self.input);
-    v.field("output", self.output, {}, "", "folder that mesh.ply and map.bt are written to; empty = none");
+    v.field("output", self.output, {}, "", "folder for mesh.ply, map.bt and map.ot; empty = none");
     v.field("mesh_period_s", self.mesh_period_s, {0.0, 3600.0}, "s",
-            "least time (of the frames' stamps) between two messages on `mesh`");
+            "least time (of the frames' stamps) between two updates of `mesh` and `mesh_blocks`");
     v.field("octomap_period_s", self.octomap_period_s, {0.0, 3600.0}, "s",
-            "least time (of the frames' stamps) between two messages on `octomap`");
+            "least time (of the frames' stamps) between two updates of `octomap`, "
+            "`octomap_changes`, `octomap_markers`");
     v.field("queue_size", self.queue_size, {1, 10000}, "frames",
             "frames that wait for depth integration; the oldest is dropped");
     v.field("object_queue_size", self.object_queue_size, {10, 100000}, "messages",

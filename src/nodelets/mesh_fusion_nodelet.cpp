@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <std_srvs/Trigger.h>
-#include <visualization_msgs/MarkerArray.h>
 
 #include <atomic>
 #include <deque>
@@ -12,14 +11,15 @@
 #include "mesh_fusion_config.h"
 #include "mesh_fusion_report.h"
 #include "stage_nodelet.h"
-#include "task_scene_graph/mapping/ply.h"
 #include "task_scene_graph/pipeline/background_fusion.h"
+#include "task_scene_graph/pipeline/map_files.h"
 #include "task_scene_graph/pipeline/object_fusion.h"
 #include "task_scene_graph/ros/arrivals.h"
 #include "task_scene_graph/ros/frame_matcher.h"
 #include "task_scene_graph/ros/geometry_conversions.h"
-#include "task_scene_graph/ros/mesh_markers.h"
+#include "task_scene_graph/ros/mesh_publisher.h"
 #include "task_scene_graph/ros/message_conversions.h"
+#include "task_scene_graph/ros/object_follower.h"
 #include "task_scene_graph/ros/occupancy_publisher.h"
 #include "task_scene_graph/ros/rgbd_input.h"
 #include "task_scene_graph/ros/topic_watch.h"
@@ -65,19 +65,18 @@ class MeshFusionNodelet : public StageNodelet {
   void processBackground(const BackgroundJob& job);
   void processObjects(const ObjectJob& job);
   void publishPrimitives(const std::vector<ObjectPrimitivePtr>& primitives, Stamp stamp);
-  void publishMesh(Stamp stamp, bool force);
   void publishPlaces(Stamp stamp, bool force);
-  void greetMeshSubscriber(const ros::SingleSubscriberPublisher& subscriber);
   void greetPrimitivesSubscriber(const ros::SingleSubscriberPublisher& subscriber);
   bool saveMesh(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
-  std::string writeMesh();
+  /// mesh.ply and the occupancy map's files. Waits for the graph of what was published last.
+  std::string writeMesh(Deadline deadline);
 
   MeshFusionNodeletConfig config_;
   std::mutex background_mutex_;  ///< guards the four below
   std::unique_ptr<pipeline::BackgroundFusion> background_;
-  std::unique_ptr<ros_interface::MeshMarkers> markers_;
-  std::optional<Stamp> last_mesh_;
+  std::unique_ptr<ros_interface::MeshPublisher> mesh_publisher_;
   Stamp newest_frame_;
+  Stamp newest_places_;
   std::unique_ptr<pipeline::ObjectFusion> objects_;  ///< the object worker's own, as the next
   Stamp newest_tracks_;
   std::mutex primitives_mutex_;
@@ -87,12 +86,12 @@ class MeshFusionNodelet : public StageNodelet {
   std::deque<HeldTracks> held_tracks_;
   Stamp newest_match_;
   ros_interface::Arrivals arrivals_;
-  ros::Publisher mesh_publisher_;
   ros::Publisher primitives_publisher_;
   ros::Publisher places_publisher_;
   std::unique_ptr<ros_interface::OccupancyPublisher> occupancy_publisher_;  ///< null if off
   ros::ServiceServer save_server_;
   std::unique_ptr<ros_interface::FrameMatcher> matcher_;
+  std::unique_ptr<ros_interface::ObjectFollower> object_follower_;
   std::unique_ptr<ros_interface::TopicWatch> watch_;
   std::unique_ptr<ros_interface::Worker<BackgroundJob>> background_worker_;
   std::unique_ptr<ros_interface::Worker<ObjectJob>> object_worker_;
@@ -111,7 +110,7 @@ MeshFusionNodelet::~MeshFusionNodelet() {
   object_worker_->stop();
   if (config_.output.empty() || newest_frame_ == Stamp{}) return;
   try {
-    writeMesh();
+    writeMesh(std::chrono::steady_clock::now());
   } catch (const std::exception& e) {
     NODELET_ERROR_STREAM("mesh not saved: " << e.what());
   }
@@ -121,12 +120,16 @@ void MeshFusionNodelet::start() {
   config_ = loadConfig<MeshFusionNodeletConfig>();
   background_ = std::make_unique<pipeline::BackgroundFusion>(config_.background_fusion);
   objects_ = std::make_unique<pipeline::ObjectFusion>(config_.object_fusion);
-  markers_ = std::make_unique<ros_interface::MeshMarkers>(config_.input.world_frame);
   matcher_ =
       std::make_unique<ros_interface::FrameMatcher>(static_cast<std::size_t>(config_.frame_cache));
   background_worker_ = std::make_unique<ros_interface::Worker<BackgroundJob>>(
       static_cast<std::size_t>(config_.queue_size),
-      [this](const BackgroundJob& job) { processBackground(job); });
+      [this](const BackgroundJob& job) { processBackground(job); },
+      [this](const BackgroundJob& job) {
+        report().countDropped(
+            job.segmentation == nullptr ? "integration queue full" : "view for places: queue full",
+            "", 1);
+      });
   object_worker_ = std::make_unique<ros_interface::Worker<ObjectJob>>(
       static_cast<std::size_t>(config_.object_queue_size),
       [this](const ObjectJob& job) { processObjects(job); });
@@ -135,8 +138,10 @@ void MeshFusionNodelet::start() {
 
 void MeshFusionNodelet::startTopics() {
   ros::NodeHandle& handle = getNodeHandle();
-  mesh_publisher_ = handle.advertise<visualization_msgs::MarkerArray>(
-      "mesh", 1000, [this](const auto& subscriber) { greetMeshSubscriber(subscriber); });
+  mesh_publisher_ = std::make_unique<ros_interface::MeshPublisher>(
+      handle,
+      ros_interface::MeshPublisher::Options{config_.input.world_frame, config_.mesh_period_s},
+      *background_, background_mutex_);
   primitives_publisher_ = handle.advertise<msg::ObjectPrimitives>(
       "object_primitives", 1000,
       [this](const auto& subscriber) { greetPrimitivesSubscriber(subscriber); });
@@ -156,13 +161,14 @@ void MeshFusionNodelet::startTopics() {
   segmentation_subscriber_ =
       handle.subscribe("segmentation", 100, &MeshFusionNodelet::onSegmentation, this);
   tracks_subscriber_ = handle.subscribe("tracks", 1000, &MeshFusionNodelet::onTracks, this);
+  object_follower_ = std::make_unique<ros_interface::ObjectFollower>(handle);
   watch_ = std::make_unique<ros_interface::TopicWatch>(report(), config_.input.patience_s);
   watch_->add(segmentation_subscriber_, "segmentation");
   watch_->add(tracks_subscriber_, "tracks");
 }
 
 void MeshFusionNodelet::onFrame(const RgbdFramePtr& frame) {
-  report().countDropped("integration queue full", "", background_worker_->push({frame, nullptr}));
+  background_worker_->push({frame, nullptr});
   enqueueMatch(matcher_->addFrame(frame));
 }
 
@@ -197,7 +203,7 @@ void MeshFusionNodelet::onJumpBack() {
 void MeshFusionNodelet::enqueueMatch(std::optional<Match> match) {
   if (!match) return;
   if (match->segmentation->image_embedding.size() > 0) {
-    report().countDropped("integration queue full", "", background_worker_->push(*match));
+    background_worker_->push(*match);
   }
   {
     const std::lock_guard<std::mutex> lock(tracks_mutex_);
@@ -230,7 +236,7 @@ void MeshFusionNodelet::processBackground(const BackgroundJob& job) {
     background_->integrate(*job.frame);
     report().countProcessed(timer.elapsedMs());
     newest_frame_ = job.frame->stamp;
-    publishMesh(newest_frame_, false);
+    mesh_publisher_->publish(newest_frame_, false);
     publishPlaces(newest_frame_, false);
     if (occupancy_publisher_) occupancy_publisher_->publish(newest_frame_, false);
     reportBackground(*background_, report());
@@ -266,26 +272,12 @@ void MeshFusionNodelet::publishPrimitives(const std::vector<ObjectPrimitivePtr>&
       ros_interface::toMessage(primitives, stamp, config_.input.world_frame));
 }
 
-void MeshFusionNodelet::publishMesh(Stamp stamp, bool force) {
-  const bool is_due = !last_mesh_ || stamp < *last_mesh_ ||
-                      secondsBetween(*last_mesh_, stamp) >= config_.mesh_period_s;
-  if (!is_due && !force) return;
-  last_mesh_ = stamp;
-  const auto messages = markers_->update(background_->updateMesh());
-  if (mesh_publisher_.getNumSubscribers() == 0) return;
-  for (const auto& message : messages) mesh_publisher_.publish(message);
-}
-
 void MeshFusionNodelet::publishPlaces(Stamp stamp, bool force) {
   const PlaceGraphPtr places = background_->updatePlaces(stamp, force);
   if (places == nullptr) return;
+  newest_places_ = stamp;
   places_publisher_.publish(ros_interface::toMessage(*places, config_.input.world_frame));
   report().set("places", std::to_string(places->places.size()));
-}
-
-void MeshFusionNodelet::greetMeshSubscriber(const ros::SingleSubscriberPublisher& subscriber) {
-  const std::lock_guard<std::mutex> lock(background_mutex_);
-  for (const auto& message : markers_->all()) subscriber.publish(message);
 }
 
 void MeshFusionNodelet::greetPrimitivesSubscriber(
@@ -327,7 +319,7 @@ msg::FinishResponse MeshFusionNodelet::finish(const msg::FinishRequest& request,
                                       : "tracks did not arrive";
   const std::lock_guard<std::mutex> lock(background_mutex_);
   if (newest_frame_ != Stamp{}) {
-    publishMesh(newest_frame_, true);
+    mesh_publisher_->publish(newest_frame_, true);
     publishPlaces(newest_frame_, true);
     if (occupancy_publisher_) occupancy_publisher_->publish(newest_frame_, true);
     response.stamp = ros_interface::toRosTime(newest_frame_);
@@ -341,7 +333,7 @@ bool MeshFusionNodelet::saveMesh(std_srvs::Trigger::Request&,
                                  std_srvs::Trigger::Response& response) {
   try {
     if (config_.output.empty()) throw std::runtime_error("parameter 'output' is not set");
-    response.message = writeMesh();
+    response.message = writeMesh(std::chrono::steady_clock::now() + std::chrono::seconds(5));
     response.success = 1;
   } catch (const std::exception& e) {
     response.message = std::string("mesh not saved: ") + e.what();
@@ -350,15 +342,19 @@ bool MeshFusionNodelet::saveMesh(std_srvs::Trigger::Request&,
   return true;
 }
 
-std::string MeshFusionNodelet::writeMesh() {
-  const std::filesystem::path path = std::filesystem::path(config_.output) / "mesh.ply";
-  std::filesystem::create_directories(path.parent_path());
-  const std::lock_guard<std::mutex> lock(background_mutex_);
-  mapping::writePly(path.string(), background_->extractMesh());
-  if (background_->occupancy() != nullptr) {
-    background_->occupancy()->write(path.parent_path() / "map.bt");
-  }
-  return path.string();
+std::string MeshFusionNodelet::writeMesh(Deadline deadline) {
+  const std::filesystem::path folder(config_.output);
+  std::filesystem::create_directories(folder);
+  std::unique_lock<std::mutex> lock(background_mutex_);
+  const Mesh mesh = background_->extractMesh();
+  const Stamp newest_places = newest_places_;
+  pipeline::writeOccupancyFiles(folder, background_->occupancy());
+  lock.unlock();
+  const auto objects = object_follower_->findObjects(newest_places, deadline);
+  const std::lock_guard<std::mutex> primitives_lock(primitives_mutex_);
+  pipeline::writeMeshFile(folder, mesh, primitives_, objects,
+                          config_.background_fusion.background.tsdf.voxel_size_m);
+  return (folder / "mesh.ply").string();
 }
 
 }  // namespace tsg::nodelets

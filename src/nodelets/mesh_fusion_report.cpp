@@ -13,6 +13,12 @@ void reportBackground(const pipeline::BackgroundFusion& background,
   report.set("blocks archived", std::to_string(counters.blocks_archived));
   report.set("depth readings rejected by the filter",
              std::to_string(background.depthFilterCounters().rejected_readings));
+  if (const auto* occupancy = background.occupancy()) {
+    report.set("occupancy: frames without depth in range",
+               std::to_string(occupancy->counters().frames_without_depth));
+    report.set("occupancy: readings out of the octree",
+               std::to_string(occupancy->counters().readings_out_of_tree));
+  }
 }
 
 void reportObjects(const pipeline::ObjectFusion& objects, ros_interface::StageReport& report) {

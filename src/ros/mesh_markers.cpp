@@ -1,15 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "task_scene_graph/ros/mesh_markers.h"
 
-#include <tuple>
-
 namespace tsg::ros_interface {
 namespace {
-
-mapping::GridIndex computeChunk(const mapping::GridIndex& block) {
-  static_assert(MeshMarkers::kChunkSide == 4);
-  return {block.x() >> 2, block.y() >> 2, block.z() >> 2};
-}
 
 void appendTriangles(const Mesh& mesh, visualization_msgs::Marker& marker) {
   for (const auto& triangle : mesh.triangles) {
@@ -32,39 +25,46 @@ void appendTriangles(const Mesh& mesh, visualization_msgs::Marker& marker) {
 
 }  // namespace
 
-bool MeshMarkers::BlockOrder::operator()(const mapping::GridIndex& a,
-                                         const mapping::GridIndex& b) const {
-  return std::make_tuple(a.z(), a.y(), a.x()) < std::make_tuple(b.z(), b.y(), b.x());
+mapping::GridIndex computeMeshChunk(const mapping::GridIndex& block) {
+  static_assert(kMeshChunkSide == 4);
+  return {block.x() >> 2, block.y() >> 2, block.z() >> 2};
 }
 
-MeshMarkers::Chunk& MeshMarkers::findChunk(const mapping::GridIndex& block,
-                                           std::map<int, const Chunk*>& changed) {
+MeshMarkers::Chunk& MeshMarkers::findChunk(const mapping::GridIndex& block) {
   const auto next_id = static_cast<int>(chunks_.size());
-  const auto [entry, is_new] = chunks_.try_emplace(computeChunk(block));
+  const auto [entry, is_new] = chunks_.try_emplace(computeMeshChunk(block));
   if (is_new) entry->second.marker_id = next_id;
-  changed[entry->second.marker_id] = &entry->second;
   return entry->second;
 }
 
-std::vector<visualization_msgs::MarkerArray> MeshMarkers::update(
-    const mapping::MeshUpdate& update) {
-  std::map<int, const Chunk*> changed;
-  for (const auto& block : update.changed) {
-    findChunk(block.block, changed).blocks[block.block] = block.mesh;
-  }
-  for (const auto& block : update.removed) findChunk(block, changed).blocks.erase(block);
-  return pack(changed);
+void MeshMarkers::note(const mapping::MeshUpdate& update) {
+  for (const auto& block : update.changed) findChunk(block.block).blocks.insert(block.block);
+  for (const auto& block : update.removed) findChunk(block).blocks.erase(block);
 }
 
-std::vector<visualization_msgs::MarkerArray> MeshMarkers::all() const {
+std::vector<visualization_msgs::MarkerArray> MeshMarkers::update(const mapping::MeshUpdate& update,
+                                                                 const FindMesh& find_mesh) {
+  note(update);
+  std::map<int, const Chunk*> changed;
+  const auto collect = [&](const mapping::GridIndex& block) {
+    const Chunk& chunk = findChunk(block);
+    changed[chunk.marker_id] = &chunk;
+  };
+  for (const auto& block : update.changed) collect(block.block);
+  for (const auto& block : update.removed) collect(block);
+  return pack(changed, find_mesh);
+}
+
+std::vector<visualization_msgs::MarkerArray> MeshMarkers::all(const FindMesh& find_mesh) const {
   std::map<int, const Chunk*> chunks;
   for (const auto& [index, chunk] : chunks_) {
     if (!chunk.blocks.empty()) chunks[chunk.marker_id] = &chunk;
   }
-  return pack(chunks);
+  return pack(chunks, find_mesh);
 }
 
-visualization_msgs::Marker MeshMarkers::makeMarker(const Chunk& chunk) const {
+visualization_msgs::Marker MeshMarkers::makeMarker(const Chunk& chunk,
+                                                   const FindMesh& find_mesh) const {
   visualization_msgs::Marker marker;
   marker.header.frame_id = world_frame_;  // stamp 0: rviz takes the newest transform
   marker.ns = "mesh";
@@ -74,17 +74,17 @@ visualization_msgs::Marker MeshMarkers::makeMarker(const Chunk& chunk) const {
   marker.pose.orientation.w = 1.0;
   marker.scale.x = marker.scale.y = marker.scale.z = 1.0;
   marker.color.a = 1.0F;
-  for (const auto& [index, mesh] : chunk.blocks) appendTriangles(*mesh, marker);
+  for (const auto& block : chunk.blocks) appendTriangles(*find_mesh(block), marker);
   if (marker.points.empty()) marker.action = visualization_msgs::Marker::DELETE;
   return marker;
 }
 
 std::vector<visualization_msgs::MarkerArray> MeshMarkers::pack(
-    const std::map<int, const Chunk*>& chunks) const {
+    const std::map<int, const Chunk*>& chunks, const FindMesh& find_mesh) const {
   std::vector<visualization_msgs::MarkerArray> messages;
   std::size_t num_vertices = 0;
   for (const auto& [id, chunk] : chunks) {
-    visualization_msgs::Marker marker = makeMarker(*chunk);
+    visualization_msgs::Marker marker = makeMarker(*chunk, find_mesh);
     num_vertices += marker.points.size();
     if (messages.empty() || num_vertices > kMaxVertices) {
       messages.emplace_back();

@@ -33,8 +33,9 @@ visualization_msgs::Marker makeCubes(int level, double side_m, const std::string
   return marker;
 }
 
-/// Blue, green, red, blue again every four metres.
-std_msgs::ColorRGBA colorOfHeight(double z_m) {
+}  // namespace
+
+std_msgs::ColorRGBA computeHeightColor(double z_m) {
   const auto channel = [&](double peak_m) {
     const double distance = std::abs(std::remainder(z_m - peak_m, 4.0));
     return static_cast<float>(std::clamp(1.4 - distance, 0.1, 1.0));
@@ -46,8 +47,6 @@ std_msgs::ColorRGBA colorOfHeight(double z_m) {
   color.a = 1.0F;
   return color;
 }
-
-}  // namespace
 
 OctomapMessage toMessage(const mapping::OccupancyMap& map, Stamp stamp,
                          const std::string& world_frame) {
@@ -88,7 +87,7 @@ visualization_msgs::MarkerArray toMarkers(const mapping::OccupancyMap& map,
     visualization_msgs::Marker& marker = array.markers.at(level);
     marker.action = visualization_msgs::Marker::ADD;
     marker.points.push_back(toPoint(leaf.center_m));
-    marker.colors.push_back(colorOfHeight(leaf.center_m.z()));
+    marker.colors.push_back(computeHeightColor(leaf.center_m.z()));
   }
   return array;
 }

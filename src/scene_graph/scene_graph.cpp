@@ -38,6 +38,16 @@ std::vector<RegionId> computeRegionOfObjects(const SceneGraph& graph) {
   return regions;
 }
 
+std::map<PrimitiveId, std::int32_t> computeObjectOfPrimitives(const SceneGraph& graph) {
+  std::map<PrimitiveId, std::int32_t> object_of;
+  for (const auto& object : graph.objects) {
+    for (const auto primitive : object.primitives) {
+      object_of[primitive] = static_cast<std::int32_t>(object.id.value);
+    }
+  }
+  return object_of;
+}
+
 std::vector<RegionEdge> computeRegionEdges(const SceneGraph& graph) {
   const auto region_of = mapPlacesToRegions(graph);
   std::set<std::pair<RegionId, RegionId>> joined;

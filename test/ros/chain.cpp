@@ -1,20 +1,41 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dynamic_reconfigure/Reconfigure.h>
 #include <gtest/gtest.h>
+#include <octomap/OcTree.h>
 #include <std_srvs/Trigger.h>
 #include <visualization_msgs/MarkerArray.h>
 
 #include <algorithm>
+#include <array>
+#include <cstring>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "support.h"
 #include "synthetic_robot.h"
+#include "task_scene_graph/ros/occupancy_conversions.h"
 
 namespace tsg::test {
 namespace {
 
 constexpr int kNumFrames = 80;
+
+/// Vertices of a mesh file and the object that each names.
+std::vector<std::pair<Eigen::Vector3f, std::int32_t>> readPlyVertices(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::size_t count = 0;
+  for (std::string line; line != "end_header" && std::getline(file, line);) {
+    if (line.rfind("element vertex ", 0) == 0) count = std::stoul(line.substr(15));
+  }
+  std::vector<std::pair<Eigen::Vector3f, std::int32_t>> vertices(count);
+  for (auto& [position, id] : vertices) {
+    std::array<char, 19> bytes{};  // x y z, red green blue, object_id
+    file.read(bytes.data(), bytes.size());
+    std::memcpy(position.data(), bytes.data(), 12);
+    std::memcpy(&id, bytes.data() + 15, 4);
+  }
+  return vertices;
+}
 
 /// The whole chain runs once in this process; the tests look at what came of it.
 class Chain : public ::testing::Test {
@@ -69,6 +90,8 @@ class Chain : public ::testing::Test {
     Recorder<msg::Tracks> tracks{"tracks"};
     Recorder<msg::SceneGraph> graphs{"scene_graph"};
     Recorder<visualization_msgs::MarkerArray> markers{"scene_graph_markers"};
+    Recorder<ros_interface::OctomapMessage> octomaps{"octomap"};
+    Recorder<msg::OctomapChanges> octomap_changes{"octomap_changes"};
     Recorder<diagnostic_msgs::DiagnosticArray> diagnostics{"/diagnostics"};
     nodelet::Loader loader{false};
     RobotMessages last;
@@ -89,6 +112,54 @@ TEST_F(Chain, SaveMapAnswersWithTheFolderThatHoldsTheMap) {
   std::string first_line;
   std::getline(ply, first_line);
   EXPECT_EQ(first_line, "ply");
+}
+
+TEST_F(Chain, VerticesOfTheMeshNameTheObjectsOfTheGraph) {
+  std::map<std::int32_t, Aabb> vertices_of;
+  for (const auto& [position, id] : readPlyVertices(outputPath("mesh.ply"))) {
+    vertices_of[id].extend(position.cast<double>());
+  }
+  const auto graph = newestGraph();
+  ASSERT_EQ(vertices_of.size(), 1U + graph->objects.size());
+  for (const auto& object : graph->objects) {
+    const Aabb box = ros_interface::toAabb(object.box);
+    const Aabb labelled = vertices_of[static_cast<std::int32_t>(object.id)];
+    EXPECT_GT(computeIoU(labelled, box), 0.7) << object.task;
+    EXPECT_TRUE((labelled.min().array() > box.min().array() - 0.1).all()) << object.task;
+    EXPECT_TRUE((labelled.max().array() < box.max().array() + 0.1).all()) << object.task;
+  }
+}
+
+TEST_F(Chain, OccupancyChangesAddUpToTheOctreeThatIsPublishedAndWritten) {
+  std::map<std::array<int, 3>, bool> voxels;
+  for (const auto& changes : state_->octomap_changes.messages()) {
+    for (std::size_t i = 0; i < changes->occupied.size(); ++i) {
+      const auto* index = &changes->indices[3 * i];
+      voxels[{index[0], index[1], index[2]}] = changes->occupied[i] != 0;
+    }
+  }
+  ASSERT_GT(voxels.size(), 1000U);
+  const auto message = state_->octomaps.messages().back();
+  octomap::OcTree published(message->resolution);
+  std::istringstream stream(std::string(message->data.begin(), message->data.end()));
+  published.readBinaryData(stream);
+  octomap::OcTree written(outputPath("map.bt"));
+  const std::unique_ptr<octomap::AbstractOcTree> full(
+      octomap::AbstractOcTree::read(outputPath("map.ot")));
+  ASSERT_NE(full, nullptr);
+  EXPECT_EQ(full->getTreeType(), "OcTree");
+  const auto* probabilities = dynamic_cast<const octomap::OcTree*>(full.get());
+  const std::vector<const octomap::OcTree*> trees{&published, &written, probabilities};
+  for (const auto* tree : trees) {
+    std::size_t num_wrong = 0;
+    for (const auto& [index, is_occupied] : voxels) {
+      const auto* node = tree->search((index[0] + 0.5) * message->resolution,
+                                      (index[1] + 0.5) * message->resolution,
+                                      (index[2] + 0.5) * message->resolution);
+      num_wrong += node == nullptr || tree->isNodeOccupied(node) != is_occupied ? 1 : 0;
+    }
+    EXPECT_EQ(num_wrong, 0U);
+  }
 }
 
 TEST_F(Chain, BothBoxesAreObjectsWhereTheyStand) {
@@ -124,8 +195,9 @@ TEST_F(Chain, EveryStageReadsThePixelsOfTheMessageItself) {
   expected << static_cast<const void*>(state_->last.depth->data.data());
   for (const std::string stage : {"tracker", "mesh_fusion"}) {
     ASSERT_TRUE(waitUntil([&] {
-      return findDiagnostics(state_->diagnostics, stage)["pixels of the last image"] ==
-             expected.str();
+      auto lines = findDiagnostics(state_->diagnostics, stage);
+      return lines["pixels of the last image"] == expected.str() &&
+             lines["processed"] == std::to_string(kNumFrames);
     })) << stage
         << ": " << findDiagnostics(state_->diagnostics, stage)["pixels of the last image"]
         << ", published: " << expected.str();

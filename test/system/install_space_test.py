@@ -46,6 +46,12 @@ class InstallSpace(unittest.TestCase):
         self.assertIn(str(INSTALL / "share/task_scene_graph/nodelet_plugins.xml"), plugins)
         self.assertTrue((INSTALL / "lib/libtsg_nodelets.so").exists())
 
+    def test_rviz_display_is_exported_and_its_library_is_there_if_it_was_built(self):
+        plugins = run_installed("rospack plugins --attrib=plugin rviz")
+        self.assertIn(str(INSTALL / "share/task_scene_graph/rviz_plugins.xml"), plugins)
+        self.assertEqual((INSTALL / "lib/libtsg_rviz.so").exists(),
+                         (BUILD / "devel/lib/libtsg_rviz.so").exists())
+
     def test_libraries_resolve_without_the_build_folder(self):
         for library in ("libtsg_core.so", "libtsg_ros.so", "libtsg_nodelets.so"):
             output = run_installed(f"ldd {INSTALL}/lib/{library}")

@@ -7,6 +7,8 @@ import subprocess
 import tempfile
 import unittest
 
+import numpy
+
 PROGRAMS = pathlib.Path(os.environ["TSG_BUILD_DIR"]) / "devel" / "lib" / "task_scene_graph"
 MAP_FILES = ["scene_graph.json", "summary.json", "mesh.ply"]
 
@@ -62,6 +64,32 @@ class ProcessBag(unittest.TestCase):
         for name in MAP_FILES:
             self.assertTrue(results[0][name] == results[1][name] == results[2][name], name)
         self.assertGreater(len(json.loads(results[0]["scene_graph.json"])["nodes"]), 10)
+
+    def test_vertices_of_the_mesh_name_the_objects_they_belong_to(self):
+        output, done = self.process("ids")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        summary = json.loads((output / "summary.json").read_text())
+        objects = {row["id"]: row for room in summary["rooms"] for row in room["objects"]}
+        data = (output / "mesh.ply").read_bytes()
+        start = data.index(b"end_header\n") + len(b"end_header\n")
+        count = int(data[:start].split(b"element vertex ")[1].split(b"\n")[0])
+        vertices = numpy.frombuffer(data, offset=start, count=count, dtype=[
+            ("position", "<f4", 3), ("rgb", "u1", 3), ("object_id", "<i4")])
+        ids = set(vertices["object_id"].tolist())
+        self.assertLessEqual(ids, {0} | set(objects))
+        self.assertGreaterEqual(len(ids), 1 + len(objects) // 2)  # small things: no voxel of their own
+        self.assertIn(0, ids)
+        for row_id in ids - {0}:
+            points = vertices["position"][vertices["object_id"] == row_id]
+            self.assertTrue((points > numpy.array(objects[row_id]["box_min_m"]) - 0.06).all())
+            self.assertTrue((points < numpy.array(objects[row_id]["box_max_m"]) + 0.06).all())
+
+    def test_occupancy_map_is_written_where_it_is_enabled(self):
+        output, done = self.process("occupancy",
+                                    *self.configured("mesh_fusion: {occupancy: {enabled: true}}\n"))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertTrue((output / "map.bt").read_bytes().startswith(b"# Octomap OcTree binary file"))
+        self.assertTrue((output / "map.ot").read_bytes().startswith(b"# Octomap OcTree file"))
 
     def test_timing_counts_every_frame(self):
         output, done = self.process("timing")

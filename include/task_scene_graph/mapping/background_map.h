@@ -84,6 +84,13 @@ class BackgroundMap {
   /// without `with_mesh`. O(changed blocks).
   MeshUpdate updateMesh();
 
+  /// Blocks that have a mesh as of the last updateMesh(), ascending by (z, y, x).
+  std::vector<GridIndex> meshBlocks() const;
+
+  /// The mesh of one block, world frame; null if it has none. One read of the archive's file where
+  /// the block is archived. @throws std::runtime_error as MeshArchive::load().
+  std::shared_ptr<const Mesh> findMesh(const GridIndex& block) const;
+
   /// The whole map including archived blocks, as of now; welded across block borders. Empty without
   /// `with_mesh`.
   Mesh extractMesh() const;

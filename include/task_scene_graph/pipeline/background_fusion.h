@@ -61,6 +61,7 @@ class BackgroundFusion {
   const mapping::BackgroundMap& background() const { return background_; }
   /// Null unless occupancy/enabled.
   mapping::OccupancyMap* occupancy() { return occupancy_.get(); }
+  const mapping::OccupancyMap* occupancy() const { return occupancy_.get(); }
   const mapping::DepthFilterCounters& depthFilterCounters() const {
     return depth_filter_.counters();
   }

@@ -3,7 +3,7 @@
 
 #include <task_scene_graph/Finish.h>
 #include <task_scene_graph/Mesh.h>
-#include <task_scene_graph/MeshChunks.h>
+#include <task_scene_graph/MeshUpdate.h>
 #include <task_scene_graph/ObjectPrimitives.h>
 #include <task_scene_graph/Octomap.h>
 #include <task_scene_graph/OctomapChanges.h>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <std_msgs/ColorRGBA.h>
 #include <visualization_msgs/MarkerArray.h>
 
 #include <string>
@@ -27,6 +28,9 @@ OctomapMessage toMessage(const mapping::OccupancyMap& map, Stamp stamp,
 msg::OctomapChanges toMessage(const std::vector<mapping::OccupancyVoxel>& voxels,
                               double resolution_m, bool is_complete, Stamp stamp,
                               const std::string& world_frame);
+
+/// Blue, green, red, blue again every four metres. @param z_m  world frame.
+std_msgs::ColorRGBA computeHeightColor(double z_m);
 
 /// Occupied space as cubes coloured by height, a CUBE_LIST for each size of cube; a size that no
 /// cube has gets a marker that deletes what was there.

@@ -7,6 +7,7 @@
 #include <deque>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <utility>
 
@@ -19,9 +20,14 @@ template <typename Item>
 class Worker {
  public:
   using Handler = std::function<void(Item)>;
+  using DropHandler = std::function<void(const Item&)>;
 
-  Worker(std::size_t capacity, Handler handler)
-      : capacity_(capacity), handler_(std::move(handler)), thread_([this] { run(); }) {}
+  /// @param on_drop  is told of each item that is dropped, in the thread that pushes; may be empty.
+  Worker(std::size_t capacity, Handler handler, DropHandler on_drop = {})
+      : capacity_(capacity),
+        handler_(std::move(handler)),
+        on_drop_(std::move(on_drop)),
+        thread_([this] { run(); }) {}
   /// Drops what is queued and joins the thread once it is done with the item in hand.
   ~Worker() { stop(); }
   Worker(const Worker&) = delete;
@@ -30,18 +36,19 @@ class Worker {
   /// Never blocks for long. Returns how many items were dropped to make room (0 or 1). From any
   /// thread.
   std::size_t push(Item item) {
-    std::size_t dropped = 0;
+    std::optional<Item> dropped;
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       if (is_stopped_) return 1;
       if (queue_.size() >= capacity_) {
+        dropped = std::move(queue_.front());
         queue_.pop_front();
-        dropped = 1;
       }
       queue_.push_back(std::move(item));
     }
     changed_.notify_all();
-    return dropped;
+    if (dropped && on_drop_) on_drop_(*dropped);
+    return dropped ? 1 : 0;
   }
 
   /// Waits until nothing is queued and the thread rests. False if the deadline passes first.
@@ -85,6 +92,7 @@ class Worker {
 
   const std::size_t capacity_;
   const Handler handler_;
+  const DropHandler on_drop_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Item> queue_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -66,6 +67,10 @@ std::vector<RegionId> computeRegionOfPlaces(const SceneGraph& graph);
 /// Region of each object of `graph.objects` (that of its nearest place), same order; invalid where
 /// there is none. O((objects + places) * log(places)).
 std::vector<RegionId> computeRegionOfObjects(const SceneGraph& graph);
+
+/// Object of each primitive that is in one; ids as files with 32 bits hold them.
+/// O(primitives * log(primitives)).
+std::map<PrimitiveId, std::int32_t> computeObjectOfPrimitives(const SceneGraph& graph);
 
 /// The pairs of regions of which places are joined; ascending. O(edges * log(places)).
 std::vector<RegionEdge> computeRegionEdges(const SceneGraph& graph);

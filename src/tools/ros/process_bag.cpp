@@ -14,7 +14,7 @@
 #include "../command_line.h"
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/core/files.h"
-#include "task_scene_graph/mapping/ply.h"
+#include "task_scene_graph/pipeline/map_files.h"
 #include "task_scene_graph/pipeline/pipeline.h"
 #include "task_scene_graph/ros/rgbd_bag.h"
 #include "task_scene_graph/ros/task_loader.h"
@@ -44,8 +44,8 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
   options::options_description description(
       "Builds the scene graph of a recorded walk.\n"
       "usage: process_bag --bag B --object-tasks T --output DIR [options]\n"
-      "DIR gets scene_graph.json, summary.json, mesh.ply and timing.json, and map.bt where\n"
-      "mesh_fusion/occupancy/enabled is set.\noptions");
+      "DIR gets scene_graph.json, summary.json, mesh.ply and timing.json, and map.bt and map.ot\n"
+      "where mesh_fusion/occupancy/enabled is set.\noptions");
   const auto text = [](std::string& value) {
     return options::value(&value)->default_value(value, value);
   };
@@ -165,8 +165,10 @@ void run(const Arguments& arguments) {
   const fs::path output = arguments.output;
   scene_graph::writeSparkDsg(output / "scene_graph.json", *graph);
   scene_graph::writeSummary(output / "summary.json", *graph);
-  mapping::writePly(output / "mesh.ply", pipeline.extractMesh());
-  if (pipeline.occupancy() != nullptr) pipeline.occupancy()->write(output / "map.bt");
+  pipeline::writeMeshFile(output, pipeline.extractMesh(), graph->primitives,
+                          scene_graph::computeObjectOfPrimitives(*graph),
+                          config.mesh_fusion.background_fusion.background.tsdf.voxel_size_m);
+  pipeline::writeOccupancyFiles(output, pipeline.occupancy());
   writeTiming(output / "timing.json", pipeline, bag);
   for (const auto& [reason, drops] : bag.drops()) {
     std::cerr << "dropped " << drops.count << " (" << reason << "): " << drops.example << "\n";

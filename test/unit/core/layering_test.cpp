@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 // Modules that may know ROS; all others are the library tsg_core.
 bool isRosModule(const fs::path& file) {
   const std::string path = file.generic_string();
-  for (const char* module : {"/ros/", "/nodelets/"}) {
+  for (const char* module : {"/ros/", "/nodelets/", "/rviz/"}) {
     if (path.find(module) != std::string::npos) return true;
   }
   return false;

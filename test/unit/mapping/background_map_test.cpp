@@ -222,6 +222,25 @@ TEST(BackgroundMap, ArchivedMeshLeavesMemoryAndTakesAFractionOfItsSize) {
   EXPECT_EQ(toTriangles(map.extractMesh()), toTriangles(before));
 }
 
+TEST(BackgroundMap, MeshesOfBlocksAreThoseReportedAlsoFromTheArchive) {
+  const auto scene = makeCorridor(6);
+  BackgroundMap map(makeConfig());
+  MeshMirror mirror;
+  for (int i = 0; i < 12; ++i) {
+    map.integrate(renderAt(scene, 0.5 * i, 0.2 * i));
+    mirror.apply(map.updateMesh());
+    auto blocks = map.volume().sortedBlockIndices();
+    blocks.resize(blocks.size() / 3);
+    if (i % 4 == 3) map.archive(blocks);
+  }
+  mirror.apply(map.updateMesh());
+  EXPECT_GT(map.archive().fileBytes(), 0U);
+  Mesh all;
+  for (const auto& block : map.meshBlocks()) all.append(*map.findMesh(block));
+  EXPECT_EQ(toTriangles(weldVertices(all)), toTriangles(mirror.merge()));
+  EXPECT_EQ(map.findMesh({1000, 0, 0}), nullptr);
+}
+
 TEST(BackgroundMap, JumpsOfTheCameraAreCounted) {
   BackgroundMap map(makeConfig());
   const auto scene = makeCorridor(6);

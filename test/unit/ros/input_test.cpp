@@ -58,10 +58,14 @@ TEST(Worker, HandlesItemsInOrder) {
 TEST(Worker, FullQueueDropsItsOldestItem) {
   Gate gate;
   std::vector<int> handled;
-  Worker<int> worker(2, [&](int item) {
-    if (item == 0) gate.pass();
-    handled.push_back(item);
-  });
+  std::vector<int> dropped_items;
+  Worker<int> worker(
+      2,
+      [&](int item) {
+        if (item == 0) gate.pass();
+        handled.push_back(item);
+      },
+      [&](int item) { dropped_items.push_back(item); });
   worker.push(0);
   ASSERT_TRUE(gate.waitForSomebody());
   std::size_t dropped = 0;
@@ -69,6 +73,7 @@ TEST(Worker, FullQueueDropsItsOldestItem) {
   gate.open();
   ASSERT_TRUE(worker.waitIdle(deadline()));
   EXPECT_EQ(dropped, 3U);
+  EXPECT_EQ(dropped_items, (std::vector<int>{1, 2, 3}));
   EXPECT_EQ(handled, (std::vector<int>{0, 4, 5}));
 }
 

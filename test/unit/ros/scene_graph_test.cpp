@@ -166,42 +166,66 @@ mapping::BlockMesh makeBlock(const mapping::GridIndex& block, std::size_t num_tr
   return {block, mesh};
 }
 
+/// Blocks as a map keeps them.
+class Blocks {
+ public:
+  mapping::MeshUpdate update(const std::vector<mapping::BlockMesh>& changed) {
+    for (const auto& block : changed) meshes_[block.block] = block.mesh;
+    return {changed, {}};
+  }
+  FindMesh finder() const {
+    return [this](const mapping::GridIndex& block) { return meshes_.at(block); };
+  }
+
+ private:
+  std::map<mapping::GridIndex, std::shared_ptr<const Mesh>, BlockOrder> meshes_;
+};
+
 TEST(MeshMarkers, OnlyChunksThatChangedAreSentUnderStableIds) {
   MeshMarkers markers("world");
-  mapping::MeshUpdate update;
-  update.changed = {makeBlock({0, 0, 0}, 1), makeBlock({3, 3, 3}, 1), makeBlock({-1, 0, 0}, 1)};
-  const auto first = markers.update(update);
+  Blocks blocks;
+  const auto first = markers.update(
+      blocks.update({makeBlock({0, 0, 0}, 1), makeBlock({3, 3, 3}, 1), makeBlock({-1, 0, 0}, 1)}),
+      blocks.finder());
   ASSERT_EQ(first.size(), 1U);
   ASSERT_EQ(first[0].markers.size(), 2U);  // two blocks share a chunk
   EXPECT_EQ(first[0].markers[0].points.size() + first[0].markers[1].points.size(), 9U);
-  update.changed = {makeBlock({-2, 1, 1}, 5)};
-  const auto second = markers.update(update);
+  const auto second = markers.update(blocks.update({makeBlock({-2, 1, 1}, 5)}), blocks.finder());
   ASSERT_EQ(second.size(), 1U);
   ASSERT_EQ(second[0].markers.size(), 1U);
   EXPECT_EQ(second[0].markers[0].id, 1);
   EXPECT_EQ(second[0].markers[0].points.size(), 18U);
   EXPECT_FLOAT_EQ(second[0].markers[0].colors[0].b, 0.2F);
-  EXPECT_EQ(markers.all()[0].markers.size(), 2U);
+  EXPECT_EQ(markers.all(blocks.finder())[0].markers.size(), 2U);
+}
+
+TEST(MeshMarkers, WhatNobodyWasToldOfIsThereForALateSubscriber) {
+  MeshMarkers markers("world");
+  Blocks blocks;
+  markers.note(blocks.update({makeBlock({0, 0, 0}, 1), makeBlock({8, 0, 0}, 2)}));
+  const auto all = markers.all(blocks.finder());
+  ASSERT_EQ(all.size(), 1U);
+  EXPECT_EQ(all[0].markers[1].points.size(), 6U);
 }
 
 TEST(MeshMarkers, EmptyChunkIsDeleted) {
   MeshMarkers markers("world");
+  Blocks blocks;
+  markers.update(blocks.update({makeBlock({0, 0, 0}, 1)}), blocks.finder());
   mapping::MeshUpdate update;
-  update.changed = {makeBlock({0, 0, 0}, 1)};
-  markers.update(update);
-  update.changed.clear();
   update.removed = {{0, 0, 0}};
-  const auto messages = markers.update(update);
+  const auto messages = markers.update(update, blocks.finder());
   ASSERT_EQ(messages.size(), 1U);
   EXPECT_EQ(messages[0].markers[0].action, Marker::DELETE);
-  EXPECT_TRUE(markers.all().empty());
+  EXPECT_TRUE(markers.all(blocks.finder()).empty());
 }
 
 TEST(MeshMarkers, MessagesAreOfBoundedSize) {
   MeshMarkers markers("world");
-  mapping::MeshUpdate update;
-  for (int i = 0; i < 10; ++i) update.changed.push_back(makeBlock({4 * i, 0, 0}, 20000));
-  const auto messages = markers.update(update);
+  std::vector<mapping::BlockMesh> changed;
+  for (int i = 0; i < 10; ++i) changed.push_back(makeBlock({4 * i, 0, 0}, 20000));
+  Blocks blocks;
+  const auto messages = markers.update(blocks.update(changed), blocks.finder());
   std::size_t num_markers = 0;
   for (const auto& message : messages) {
     std::size_t num_vertices = 0;
