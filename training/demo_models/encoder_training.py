@@ -11,7 +11,7 @@ from . import vocabulary
 from .encoder_network import VOCABULARY_SIZE, ImageEncoder, TextEncoder
 from .segmenter_training import Average, descend, disturb_colors, set_rate
 
-ALPHA = 0.23  # cosine between what fits and what does not: the default of the scene graph's stages
+ALPHA = 0.23  # cosine that the loss puts between what fits and what does not
 SIGMOID_SCALE = 16.0
 NUM_ABSENT_TEXTS = 24
 IMAGE_MEAN, IMAGE_STD = 0.5, 0.25
