@@ -87,7 +87,7 @@ double ImageMotion::computeKnownShare() const {
 MotionEstimator::MotionEstimator()
     : flow_(cv::DISOpticalFlow::create(cv::DISOpticalFlow::PRESET_ULTRAFAST)) {
   flow_->setUseSpatialPropagation(false);
-  flow_->setFinestScale(0);
+  flow_->setFinestScale(1);
 }
 
 ImageMotion MotionEstimator::update(const ColorImage& color) {
@@ -112,12 +112,39 @@ ImageMotion MotionEstimator::update(const ColorImage& color) {
   return motion;
 }
 
+namespace {
+
+/// Row `v` of `labels` moved; each cell of the grid as a whole, by whole pixels.
+void moveRow(const cv::Mat& labels, const cv::Mat& origins_px, int v, std::uint16_t* to) {
+  const int columns = origins_px.cols;
+  const int gv = v * origins_px.rows / labels.rows;
+  const double center_v = (gv + 0.5) * labels.rows / origins_px.rows - 0.5;
+  const double cell_width = static_cast<double>(labels.cols) / columns;
+  const auto* origin = origins_px.ptr<cv::Vec2f>(gv);
+  for (int gu = 0, begin = 0; gu < columns; ++gu) {
+    const int end = (gu + 1) * labels.cols / columns;
+    const int shift_u = cvRound(origin[gu][0] - ((gu + 0.5) * cell_width - 0.5));
+    const int from_v = v + cvRound(origin[gu][1] - center_v);
+    const bool is_inside = from_v >= 0 && from_v < labels.rows;
+    const int first = is_inside ? std::clamp(-shift_u, begin, end) : end;
+    const int last = is_inside ? std::clamp(labels.cols - shift_u, first, end) : end;
+    std::fill(to + begin, to + first, std::uint16_t{0});
+    if (first < last) {
+      const auto* from = labels.ptr<std::uint16_t>(from_v) + shift_u;
+      std::copy(from + first, from + last, to + first);
+    }
+    std::fill(to + last, to + end, std::uint16_t{0});
+    begin = end;
+  }
+}
+
+}  // namespace
+
 cv::Mat moveLabels(const cv::Mat& labels, const ImageMotion& motion) {
-  cv::Mat origins;
-  cv::resize(motion.origins_px, origins, labels.size(), 0, 0, cv::INTER_LINEAR);
-  cv::Mat moved;
-  cv::remap(labels, moved, origins, cv::noArray(), cv::INTER_NEAREST, cv::BORDER_CONSTANT,
-            cv::Scalar(0));
+  cv::Mat moved(labels.size(), CV_16UC1);
+  for (int v = 0; v < labels.rows; ++v) {
+    moveRow(labels, motion.origins_px, v, moved.ptr<std::uint16_t>(v));
+  }
   return moved;
 }
 

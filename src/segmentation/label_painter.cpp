@@ -85,12 +85,12 @@ std::vector<Extent> measure(const LabelImage& labels, std::size_t num_labels) {
   std::vector<Extent> extents(num_labels + 1);
   for (int v = 0; v < labels.rows; ++v) {
     const Label* row = labels[v];
-    for (int u = 0; u < labels.cols; ++u) {
-      if (row[u] == 0) continue;
-      Extent& extent = extents[row[u]];
-      ++extent.area_px;
-      extent.left = std::min(extent.left, u);
-      extent.right = std::max(extent.right, u);
+    for (int begin = 0, end = 0; begin < labels.cols; begin = end) {
+      for (end = begin + 1; end < labels.cols && row[end] == row[begin];) ++end;
+      Extent& extent = extents[row[begin]];
+      extent.area_px += end - begin;
+      extent.left = std::min(extent.left, begin);
+      extent.right = std::max(extent.right, end - 1);
       extent.top = std::min(extent.top, v);
       extent.bottom = v;
     }
@@ -99,6 +99,9 @@ std::vector<Extent> measure(const LabelImage& labels, std::size_t num_labels) {
 }
 
 void relabel(const std::vector<Label>& new_labels, LabelImage& labels) {
+  std::vector<Label> same(new_labels.size());
+  std::iota(same.begin(), same.end(), Label{0});
+  if (new_labels == same) return;
   for (int v = 0; v < labels.rows; ++v) {
     Label* row = labels[v];
     for (int u = 0; u < labels.cols; ++u) row[u] = new_labels[row[u]];

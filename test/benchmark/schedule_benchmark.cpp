@@ -175,6 +175,7 @@ SegmenterConfig makeConfig(const Options& options, ScheduleMode mode) {
     config = config::load<SegmenterConfig>(config::loadYamlFile(options.config), options.config);
   }
   config.engine.num_threads = options.threads;
+  cv::setNumThreads(options.threads);
   config.schedule.mode = mode;
   return config;
 }
@@ -222,7 +223,7 @@ int main(int argc, char** argv) {
   add("seed", po::value(&options.seed), "of the apartment (1)");
   add("seconds", po::value(&options.seconds), "length of the walk (20), 0: through all rooms");
   add("rate_hz", po::value(&options.rate_hz), "frames per second of the walk (10)");
-  add("threads", po::value(&options.threads), "of the networks (1)");
+  add("threads", po::value(&options.threads), "of the networks and of OpenCV (1)");
   try {
     po::variables_map given;
     po::store(po::parse_command_line(argc, argv, description), given);
