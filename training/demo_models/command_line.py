@@ -36,8 +36,8 @@ def parse(description):
     parser.add_argument("--programs", type=Path,
                         default=ROOT / "build" / "devel" / "lib" / "task_scene_graph")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--segmenter-steps", type=int, default=2400)
-    parser.add_argument("--encoder-steps", type=int, default=1600)
+    parser.add_argument("--segmenter-steps", type=int, default=6600)
+    parser.add_argument("--encoder-steps", type=int, default=4500)
     parser.add_argument("--limit-minutes", type=float,
                         help="of each training; it then ends early, no longer the same for every run")
     parser.add_argument("--resume", action="store_true", help="begin with the checkpoints in --work")
