@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <memory>
 
+#include "task_scene_graph/core/period.h"
+
 namespace tsg::pipeline {
 
 mapping::BackgroundConfig BackgroundFusionConfig::makeFreeSpaceDefaults() {
@@ -42,9 +44,7 @@ void BackgroundFusion::addView(const RgbdFrame& frame, const Embedding& image_em
 }
 
 PlaceGraphPtr BackgroundFusion::updatePlaces(Stamp now, bool force) {
-  const bool is_due =
-      !last_places_ || secondsBetween(*last_places_, now) >= config_.places_period_s;
-  if (!is_due && !force) return nullptr;
+  if (!isDue(last_places_, now, config_.places_period_s) && !force) return nullptr;
   last_places_ = now;
   std::sort(changed_blocks_.begin(), changed_blocks_.end(), mapping::isBefore);
   changed_blocks_.erase(std::unique(changed_blocks_.begin(), changed_blocks_.end()),

@@ -4,6 +4,8 @@
 #include <ros/publisher.h>
 #include <ros/single_subscriber_publisher.h>
 
+#include "task_scene_graph/core/period.h"
+
 namespace tsg::ros_interface {
 
 MeshPublisher::MeshPublisher(ros::NodeHandle& handle, const Options& options,
@@ -19,9 +21,7 @@ MeshPublisher::MeshPublisher(ros::NodeHandle& handle, const Options& options,
           "mesh_blocks", 1000, [this](const auto& subscriber) { greetBlocks(subscriber); })) {}
 
 void MeshPublisher::publish(Stamp stamp, bool force) {
-  const bool is_due =
-      !last_ || stamp < *last_ || secondsBetween(*last_, stamp) >= options_.period_s;
-  if (!is_due && !force) return;
+  if (!isDue(last_, stamp, options_.period_s) && !force) return;
   last_ = stamp;
   const mapping::MeshUpdate update = fusion_.updateMesh();
   if (markers_publisher_.getNumSubscribers() == 0) {

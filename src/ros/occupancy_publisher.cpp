@@ -4,6 +4,7 @@
 #include <ros/publisher.h>
 #include <ros/single_subscriber_publisher.h>
 
+#include "task_scene_graph/core/period.h"
 #include "task_scene_graph/ros/occupancy_conversions.h"
 
 namespace tsg::ros_interface {
@@ -21,9 +22,7 @@ OccupancyPublisher::OccupancyPublisher(ros::NodeHandle& handle, const Options& o
           "octomap_markers", 2, greet(&OccupancyPublisher::sendMarkers))) {}
 
 void OccupancyPublisher::publish(Stamp stamp, bool force) {
-  const bool is_due =
-      !last_ || stamp < *last_ || secondsBetween(*last_, stamp) >= options_.period_s;
-  if (!is_due && !force) return;
+  if (!isDue(last_, stamp, options_.period_s) && !force) return;
   last_ = stamp;
   const auto changes = map_.takeChanges();
   if (changes.empty()) return;

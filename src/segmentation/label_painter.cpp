@@ -99,9 +99,6 @@ std::vector<Extent> measure(const LabelImage& labels, std::size_t num_labels) {
 }
 
 void relabel(const std::vector<Label>& new_labels, LabelImage& labels) {
-  std::vector<Label> same(new_labels.size());
-  std::iota(same.begin(), same.end(), Label{0});
-  if (new_labels == same) return;
   for (int v = 0; v < labels.rows; ++v) {
     Label* row = labels[v];
     for (int u = 0; u < labels.cols; ++u) row[u] = new_labels[row[u]];
@@ -130,19 +127,17 @@ LabelledSegments paintLabels(const std::vector<SegmentMask>& masks, cv::Size ima
 LabelledSegments collectSegments(const cv::Mat& labels, const std::vector<float>& scores,
                                  int min_area_px) {
   LabelledSegments segments;
-  LabelImage dense = labels;
-  const std::vector<Extent> extents = measure(dense, scores.size());
-  std::vector<Label> new_labels(scores.size() + 1, 0);
+  segments.labels = labels;
+  segments.scores = scores;
+  const std::vector<Extent> extents = measure(labels, scores.size());
+  std::vector<std::size_t> dropped;
   for (std::size_t i = 0; i < scores.size(); ++i) {
     const Extent& extent = extents[i + 1];
-    if (extent.area_px < std::max(1, min_area_px)) continue;
-    segments.scores.push_back(scores[i]);
     segments.boxes_px.push_back(extent.box());
     segments.areas_px.push_back(extent.area_px);
-    new_labels[i + 1] = static_cast<Label>(segments.scores.size());
+    if (extent.area_px < std::max(1, min_area_px)) dropped.push_back(i);
   }
-  relabel(new_labels, dense);
-  segments.labels = dense;
+  dropSegments(dropped, segments);
   return segments;
 }
 

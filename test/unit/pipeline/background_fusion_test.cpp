@@ -54,5 +54,17 @@ TEST(BackgroundFusion, FramesThatDoNotFitTheirCameraAreRejected) {
   EXPECT_TRUE(fusion.background().volume().blocks().empty());
 }
 
+TEST(BackgroundFusion, PlacesAreDueAfterAPeriodAndWhenStampsHaveJumpedBack) {
+  BackgroundFusionConfig config;
+  config.places_period_s = 1.0;
+  BackgroundFusion fusion(config);
+  EXPECT_NE(fusion.updatePlaces(Stamp::fromSeconds(100.0), false), nullptr);
+  EXPECT_EQ(fusion.updatePlaces(Stamp::fromSeconds(100.5), false), nullptr);
+  EXPECT_NE(fusion.updatePlaces(Stamp::fromSeconds(100.5), true), nullptr);
+  EXPECT_NE(fusion.updatePlaces(Stamp::fromSeconds(101.5), false), nullptr);
+  EXPECT_NE(fusion.updatePlaces(Stamp::fromSeconds(3.0), false), nullptr);
+  EXPECT_EQ(fusion.updatePlaces(Stamp::fromSeconds(3.5), false), nullptr);
+}
+
 }  // namespace
 }  // namespace tsg::pipeline
