@@ -7,7 +7,7 @@ from . import plausibility, recorded_segmentation, world_up
 from .cameras import ImageSizes, find_cameras
 from .conventions import AXES_NAMES, PoseConvention
 from .depth_scale import DepthScale
-from .frames import BrokenFiles, DatasetError, Settings
+from .frames import RATE, BrokenFiles, DatasetError, Settings
 from .images import find_common_size
 from .intrinsics import find_doubt, to_text
 from .layouts import find_layout
@@ -18,6 +18,8 @@ from .output import OutputFiles, prepare
 from .size_match import match_sizes
 from .trajectory import read_trajectory
 
+DEFAULT_RATE_HZ = 30.0
+DEFAULT_SYNC_TOLERANCE_S = 0.02
 MAX_NAMED = 5
 
 
@@ -46,14 +48,16 @@ def read_sequence(arguments, broken):
     layout = find_layout(folder, arguments.format, arguments.trajectory is not None)
     trajectory = arguments.trajectory and read_trajectory(os.path.expanduser(arguments.trajectory),
                                                           broken)
-    sequence = layout.read(folder, Settings(arguments.rate, arguments.sync_tolerance, trajectory,
-                                            broken))
+    sequence = layout.read(folder, Settings(arguments.rate or DEFAULT_RATE_HZ,
+                                            arguments.sync_tolerance or DEFAULT_SYNC_TOLERANCE_S,
+                                            trajectory, broken))
     frames, repeated = keep_rising(sequence.frames)
     sequence = sequence._replace(frames=frames, left_out=sequence.left_out + repeated)
     describe_sequence(folder, sequence)
+    warn_of_unused(arguments, sequence)
     if not frames:
-        raise DatasetError(f"{folder}: none of {sequence.num_total} frames can be used, expected at "
-                           "least one with colour, depth and a valid pose"
+        raise DatasetError(f"{folder}: none of {sequence.num_total} frames can be used, expected "
+                           "at least one with colour, depth and a valid pose"
                            + "".join(f"; {entry.count} {entry.what}: {entry.why}"
                                      for entry in sequence.left_out))
     return folder, sequence
@@ -61,18 +65,28 @@ def read_sequence(arguments, broken):
 
 def describe_sequence(folder, sequence):
     say(f"{folder}: layout {sequence.layout}, {sequence.num_total} frames, {len(sequence.frames)} "
-        "with colour, depth and pose")
+        f"with colour, depth and pose; stamps: {sequence.stamps_source}")
     for entry in sequence.left_out:
         say(f"{entry.count} {entry.what} skipped: {entry.why}")
     for note in sequence.notes:
         say(note)
 
 
+def warn_of_unused(arguments, sequence):
+    """Options that the folder leaves nothing to do for."""
+    if arguments.rate and sequence.stamps_source != RATE:
+        warn(f"--rate {arguments.rate:g} is not used: stamps come from {sequence.stamps_source}")
+    if arguments.sync_tolerance and os.path.basename(sequence.stamps_source) != "rgb.txt":
+        warn(f"--sync-tolerance {arguments.sync_tolerance:g} is not used: colour and depth belong "
+             "together by number or by a list of pairs")
+
+
 def make_loader(arguments, folder, sequence):
     """Decides on camera, size and unit, and says so."""
     sizes = ImageSizes(*find_common_size([frame.color_path for frame in sequence.frames]),
                        *find_common_size([frame.depth_path for frame in sequence.frames]))
-    cameras = find_cameras(folder, sequence, sizes, arguments.intrinsics, arguments.depth_intrinsics)
+    cameras = find_cameras(folder, sequence, sizes, arguments.intrinsics,
+                           arguments.depth_intrinsics)
     match = match_sizes(cameras, sizes, arguments.match_size,
                         "color-to-depth" if sequence.layout == "scannet" else None)
     scale = arguments.depth_scale or DepthScale(sequence.depth_units_per_m, "the layout's")
@@ -80,14 +94,17 @@ def make_loader(arguments, folder, sequence):
         f"{match.camera.source}; depth: {scale.describe()}")
     if match.note:
         say(match.note)
-    doubt = find_doubt(match.camera, match.size)
-    if doubt:
-        warn(doubt)
+    if arguments.match_size and not match.color and not match.depth:
+        warn(f"--match-size {arguments.match_size} is not used: colour and depth have one size")
+    for camera, size in ((cameras.color, sizes.color), (cameras.depth, sizes.depth)):
+        doubt = camera and find_doubt(camera, size)
+        if doubt:
+            warn(doubt)
     return FrameLoader(match, sizes, scale, arguments.depth_scale is not None)
 
 
 def convert_poses(sequence, convention, up):
-    """The sequence with poses T_world_camera of the optical frame, world turned where `up` says so."""
+    """The sequence with poses T_world_camera of the optical frame, `up` (if any) turned to z."""
     frames = [frame._replace(T_world_camera=convention.to_camera_to_world(frame.T_world_camera))
               for frame in sequence.frames]
     sequence = sequence._replace(frames=frames)

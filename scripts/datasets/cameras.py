@@ -25,13 +25,13 @@ class Cameras(NamedTuple):
 
 
 def find_cameras(folder, sequence, sizes, given_color, given_depth):
-    """Options first, then camera-intrinsics.txt, then what the layout says. Raises DatasetError where
-    there are none or those there are cannot belong to the images."""
+    """Options first, then camera-intrinsics.txt, then what the layout says. Raises DatasetError
+    where there are none, or those there are cannot belong to the images."""
     named = given_color or intrinsics.find_beside(folder)
     color, depth = named or sequence.color_camera, given_depth or sequence.depth_camera
     if color is None and depth is None:
-        raise DatasetError(f"{folder}: no intrinsics for its {sizes.color[0]}x{sizes.color[1]} images, "
-                           f"expected camera-intrinsics.txt there; {intrinsics.ADVICE}")
+        raise DatasetError(f"{folder}: no intrinsics for its {sizes.color[0]}x{sizes.color[1]} "
+                           f"images, expected camera-intrinsics.txt there; {intrinsics.ADVICE}")
     if depth:
         intrinsics.require_fit(depth, sizes.depth, sizes.depth_path, "--depth-intrinsics")
     if not named and depth and sizes.color == sizes.depth and (
@@ -46,5 +46,5 @@ def describe_resized(color):
     """Exporters can resize colour to depth's size and leave its intrinsics as they were."""
     if color is None:
         return ""
-    return (f"{color.source} ({intrinsics.to_text(color)}) is for larger images; colour has depth's "
-            "size, so depth's intrinsics are taken for both")
+    return (f"{color.source} ({intrinsics.to_text(color)}) is for larger images; colour has "
+            "depth's size, so depth's intrinsics are taken for both")

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Whether neighbouring frames agree: depth of one, carried over by the poses, against the other's.
 
-The cost of a reading of metres is |ln(predicted / measured)|, cut at 5 %; that of a pair of frames or
-of a whole setting is the mean, as a share of the cut. A wrong convention or unit leaves most readings
-at the cut; a right one brings it to a half at worst (2 % of noise on each pixel). Other conventions
-and units are tried, and one is named only where it is better by far: motions that look alike under
+The cost of a reading is |ln(predicted / measured)|, cut at 5 %; that of a whole setting is the
+mean, as a share of the cut. A wrong convention or unit leaves most readings at the cut; the right
+one has a half at worst (with noise of 2 % on each pixel). Other conventions, units and focal
+lengths are tried, and one is named only where it is better by far: motions that look alike under
 two conventions tell nothing.
 """
 import itertools
@@ -21,8 +21,10 @@ MAX_TURN_DEG = 15.0
 MAX_READINGS = 1000  # of each frame
 CUT = 0.05
 MIN_MARGIN = 0.15  # by which another setting must be better to be named
-HOPELESS = 0.85  # cost above which frames are said not to agree; the second where at least the share
-HOPELESS_IN_VIEW = (0.7, 0.4)  # of the readings falls into the other image
+# Cost above which frames are said not to agree, and a lower one where at least a share of the
+# readings falls into the other image.
+HOPELESS = 0.85
+HOPELESS_IN_VIEW = (0.7, 0.4)
 MIN_IN_VIEW = 0.1  # share of the readings that must fall into the other image
 MIN_COMPARED = 200  # readings, over all pairs
 COMMON_UNITS_PER_M = (1000.0, 4000.0, 5000.0, 6553.5, 10000.0)
@@ -59,8 +61,8 @@ class Agreement(NamedTuple):
 
 
 def pick_pairs(T_given):
-    """Indices (a, b) of frames with as much motion between them as leaves them overlapping. The angle
-    between two poses is the same in every convention."""
+    """Indices (a, b) of frames with as much motion between them as leaves them overlapping. The
+    angle between two poses is the same in every convention."""
     pairs = []
     for a in np.unique(np.linspace(0, len(T_given) - 2, MAX_ANCHORS).astype(int)):
         later = [a + gap for gap in GAPS if a + gap < len(T_given)]
@@ -130,8 +132,8 @@ def measure(setting, views, pairs, camera):
     in_view = num_inside / max(num_points, 1)
     if len(merged) < MIN_COMPARED or in_view < MIN_IN_VIEW:
         return Agreement(1.0, float("nan"), len(merged), in_view)
-    return Agreement(float(np.minimum(merged / CUT, 1.0).mean()), float(np.median(merged)), len(merged),
-                     in_view)
+    cost = float(np.minimum(merged / CUT, 1.0).mean())
+    return Agreement(cost, float(np.median(merged)), len(merged), in_view)
 
 
 def list_settings(assumed, units_per_m):

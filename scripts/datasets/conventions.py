@@ -4,11 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-# T_axes_optical: coordinates in the optical frame (x right, y down, z forward) -> in these axes.
+# T_axes_optical: coordinates in the optical frame (x right, y down, z forward) -> in these axes;
+# opengl: x right, y up, z backward; flu: x forward, y left, z up.
 T_AXES_OPTICAL = {
     "opencv": np.eye(4),
-    "opengl": np.diag([1.0, -1.0, -1.0, 1.0]),  # x right, y up, z backward
-    "flu": np.array([[0.0, 0, 1, 0], [-1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 0, 1]]),  # x forward, z up
+    "opengl": np.diag([1.0, -1.0, -1.0, 1.0]),
+    "flu": np.array([[0.0, 0, 1, 0], [-1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 0, 1]]),
 }
 AXES_NAMES = {"opencv": "opencv", "optical": "opencv", "opengl": "opengl", "flu": "flu",
               "ros": "flu"}

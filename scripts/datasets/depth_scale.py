@@ -30,8 +30,8 @@ class DepthScale(NamedTuple):
     def require_type(self, raw, path, is_given):
         """Float images need a unit said by the user; whole metres make no sense in integers."""
         if raw.dtype != np.uint16 and not is_given:
-            raise DatasetError(f"{path}: 32-bit float image, expected 16-bit integers; if its unit is "
-                               "metres: --depth-scale 1, millimetres: --depth-scale 0.001")
+            raise DatasetError(f"{path}: 32-bit float image, expected 16-bit integers; if its unit "
+                               "is metres: --depth-scale 1, millimetres: --depth-scale 0.001")
         if raw.dtype == np.uint16 and self.units_per_m < 1.0 / LIMITS_M_PER_UNIT[1]:
             raise DatasetError(f"{path}: 16-bit integers, expected a --depth-scale below 0.1 m per "
                                "unit; 1 (metres) is for float images")
@@ -53,7 +53,8 @@ def parse_option(text):
     low, high = LIMITS_M_PER_UNIT
     if m_per_unit != 1.0 and not low * (1 - 1e-9) <= m_per_unit <= high * (1 + 1e-9):
         raise argparse.ArgumentTypeError(
-            f"{text} is {m_per_unit:g} m per unit, expected {low:g} to {high:g} (metres per unit up "
-            "to 1, like 0.001; units per metre above 1, like 5000), or 1 for float images in metres")
+            f"{text} is {m_per_unit:g} m per unit, expected {low:g} to {high:g} (metres per unit "
+            "up to 1, like 0.001; units per metre above 1, like 5000), or 1 for float images in "
+            "metres")
     units_per_m = value if value > 1.0 else float(f"{1.0 / value:.12g}")
     return DepthScale(units_per_m, f"--depth-scale {text}")

@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The values that readers hand to the bag writer, and the errors that all modules raise."""
-from typing import List, NamedTuple, Optional, Tuple
+from typing import Any, List, NamedTuple, Optional, Tuple
 
 import numpy as np
+
+
+RATE = "--rate"  # where stamps come from if the folder has none
 
 
 class DatasetError(Exception):
@@ -59,6 +62,7 @@ class Sequence(NamedTuple):
     frames: List[Frame]
     num_total: int  # frames in the folder, before any was left out
     left_out: List[LeftOut]
+    stamps_source: str
     notes: Tuple[str, ...] = ()  # what the user should know of how the folder was read
 
 
@@ -66,5 +70,5 @@ class Settings(NamedTuple):
     """What readers are told by the command line."""
     rate_hz: float
     sync_tolerance_s: float
-    trajectory: Optional["Trajectory"]  # noqa: F821 (trajectory.py), takes the place of the folder's
+    trajectory: Any  # a trajectory.Trajectory in place of the folder's poses, or None
     broken: BrokenFiles

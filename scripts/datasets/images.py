@@ -32,7 +32,8 @@ def read_depth(path):
     if image.mode == "F":
         return np.asarray(image, np.float32)
     if image.mode not in GREY_16_BITS:
-        raise BrokenFile(f"{path}: {describe_type(image)}, expected depth as one channel of 16 bits")
+        raise BrokenFile(f"{path}: {describe_type(image)}, expected depth as one channel of "
+                         "16 bits")
     return to_uint16(path, image)
 
 

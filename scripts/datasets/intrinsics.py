@@ -15,8 +15,8 @@ from .text import parse_floats, read_text
 HALF_ANGLES_DEG = (5.0, 80.0)
 MAX_CENTRE_SHARE = 0.15
 MAX_SIZE_RATIO_ERROR = 0.01
-FORMS = ("expected fx fy cx cy [k1 k2 p1 p2 [k3]], a 3x3, 3x4 or 4x4 matrix, or a calibration in YAML "
-         "or JSON")
+FORMS = ("expected fx fy cx cy [k1 k2 p1 p2 [k3]], a 3x3, 3x4 or 4x4 matrix, or a calibration in "
+         "YAML or JSON")
 ADVICE = "--intrinsics FILE or fx,fy,cx,cy gives them"
 
 
@@ -60,7 +60,8 @@ def looks_like_line(values):
 def camera_from_matrix(K, source):
     """Raises DatasetError for anything but fx 0 cx / 0 fy cy / 0 0 1, extended by 0 0 0 (1)."""
     expected = np.zeros(K.shape)
-    expected[0, 0], expected[1, 1], expected[0, 2], expected[1, 2] = K[0, 0], K[1, 1], K[0, 2], K[1, 2]
+    for place in ((0, 0), (1, 1), (0, 2), (1, 2)):
+        expected[place] = K[place]
     expected[2, 2] = 1.0
     if K.shape[0] == 4:
         expected[3, 3] = 1.0
@@ -74,7 +75,8 @@ def require_finite(camera):
     values = camera[:4] + camera.distortion
     if not np.all(np.isfinite(values)) or camera.fx_px <= 0.0 or camera.fy_px <= 0.0:
         raise DatasetError(f"{camera.source}: fx {camera.fx_px}, fy {camera.fy_px}, cx "
-                           f"{camera.cx_px}, cy {camera.cy_px}, expected numbers, fx and fy positive")
+                           f"{camera.cx_px}, cy {camera.cy_px}, expected numbers, fx and fy "
+                           "positive")
     return camera
 
 
@@ -140,9 +142,9 @@ def find_doubt(camera, size):
     for name, centre, length in (("x", camera.cx_px, size[0]), ("y", camera.cy_px, size[1])):
         share = abs(centre - 0.5 * (length - 1)) / length
         if share > MAX_CENTRE_SHARE:
-            return (f"c{name} {centre:g} ({camera.source}) lies {share:.0%} of the image's {length} "
-                    "pixels off its centre: usually the intrinsics are those of another image size; "
-                    + ADVICE)
+            return (f"c{name} {centre:g} ({camera.source}) lies {share:.0%} of the image's "
+                    f"{length} pixels off its centre: usually the intrinsics are those of another "
+                    f"image size; {ADVICE}")
     return None
 
 

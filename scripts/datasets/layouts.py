@@ -22,13 +22,13 @@ KNOWN_OTHERS = (
 
 
 def find_layout(folder, name, has_trajectory):
-    """The reader's module. Raises DatasetError where none or several fit, or the named one does not."""
+    """The reader's module. Raises DatasetError where none or several fit, or the named does not."""
     require_folder(folder)
     if name != "auto":
         absent = LAYOUTS[name].find_absent(folder, has_trajectory)
         if absent:
-            raise DatasetError(f"{folder}: --format {name}, but absent: {', '.join(absent)}; expected "
-                               f"{LAYOUTS[name].LOOKS_FOR}. {describe_content(folder)}")
+            raise DatasetError(f"{folder}: --format {name}, but absent: {', '.join(absent)}; "
+                               f"expected {LAYOUTS[name].LOOKS_FOR}. {describe_content(folder)}")
         return LAYOUTS[name]
     found = list_matches(folder, has_trajectory)
     if not found:
@@ -71,11 +71,18 @@ def describe_no_layout(folder, has_trajectory):
 def describe_content(folder):
     """What lies in a folder, in a line: folders by name, files by ending."""
     names = sorted(os.listdir(folder))
-    folders = [name + "/" for name in names if os.path.isdir(os.path.join(folder, name))]
+    folders = [name for name in names if os.path.isdir(os.path.join(folder, name))]
+    inside = [f"{name}/ ({count_endings(os.listdir(os.path.join(folder, name)))})"
+              for name in folders[:8]]
+    files = count_endings(name for name in names if name not in folders)
+    return "Found: " + (", ".join(inside + ([files] if files else [])) or "nothing at all")
+
+
+def count_endings(names):
+    """Of files and folders: '300 .jpg, 2 .txt'."""
     endings = collections.Counter(os.path.splitext(name)[1].lower() or "without ending"
-                                  for name in names if name + "/" not in folders)
-    files = [f"{count} {ending}" for ending, count in endings.most_common(6)]
-    return "Found: " + (", ".join(folders[:8] + files) or "nothing, the folder is empty")
+                                  for name in names)
+    return ", ".join(f"{count} {ending}" for ending, count in endings.most_common(6))
 
 
 def find_hints(names):

@@ -41,8 +41,8 @@ class FrameLoader:
             self.scale.require_type(raw, frame.depth_path, self.scale_is_given)
             self.depth_type = raw.dtype
         if raw.dtype != self.depth_type:
-            raise BrokenFile(f"{frame.depth_path}: {raw.dtype} image, expected {self.depth_type} like "
-                             "the others")
+            raise BrokenFile(f"{frame.depth_path}: {raw.dtype} image, expected {self.depth_type} "
+                             "like the others")
         if self.match.depth:
             return self.match.depth.take_nearest(raw)
         return np.where(self.match.color.is_inside(), raw, 0) if self.match.color else raw

@@ -12,11 +12,12 @@ from typing import Dict, NamedTuple, Optional
 import numpy as np
 
 from .conventions import find_fault
-from .frames import BrokenFile, DatasetError, Frame, LeftOut
+from .frames import RATE, BrokenFile, DatasetError, Frame, LeftOut
 from .text import data_lines, parse_seconds_ns, read_pose
 
 COLOR_SUFFIXES = (".jpg", ".jpeg", ".png")
-DEPTH_SUFFIXES = (".png", ".pgm", ".tiff", ".tif")
+# JPEG cannot hold depth: listed to be refused by its type.
+DEPTH_SUFFIXES = (".png", ".pgm", ".tiff", ".tif", ".jpg", ".jpeg")
 # Numbers that are further apart than this on average are stamps of some unit, not frame numbers.
 MAX_MEAN_STEP = 1000
 
@@ -38,8 +39,8 @@ def list_numbered(folder, prefix, suffixes):
         if match:
             number, rank = int(match.group(1)), suffixes.index(match.group(2).lower())
             if number in found and found[number][0] == rank:
-                raise DatasetError(f"{folder}: {os.path.basename(found[number][1])} and {name} have "
-                                   "the same number, expected one file for each")
+                raise DatasetError(f"{folder}: {os.path.basename(found[number][1])} and {name} "
+                                   "have the same number, expected one file for each")
             if number not in found or rank < found[number][0]:
                 found[number] = (rank, os.path.join(folder, name))
     return {number: path for number, (_, path) in sorted(found.items())}
@@ -58,9 +59,10 @@ def read_poses(paths, broken):
 
 
 def build_frames(folder, files, settings):
-    """(frames, their number before any was left out, what was left out)."""
-    numbers = sorted(set(files.colors) | set(files.depths) | set(files.poses))
-    stamps_ns = read_stamps(folder, numbers, settings)
+    """(frames, their number before any was left out, what was left out, source of the stamps). A
+    frame is a number that has an image."""
+    numbers = sorted(set(files.colors) | set(files.depths))
+    stamps_ns, stamps_source = read_stamps(folder, numbers, settings)
     frames, reasons = [], collections.Counter()
     for index, number in enumerate(numbers):
         T, reason = find_pose(files, number, stamps_ns[index], settings.trajectory)
@@ -72,7 +74,11 @@ def build_frames(folder, files, settings):
                                 files.depths[number], T, files.labels.get(number)))
     if not frames and settings.trajectory:
         settings.trajectory.require_overlap(stamps_ns)
-    return frames, len(numbers), [LeftOut(n, "frames", why) for why, n in reasons.items()]
+    left_out = [LeftOut(count, "frames", why) for why, count in reasons.items()]
+    spare = len(set(files.poses) - set(numbers))
+    if spare:
+        left_out.append(LeftOut(spare, "poses", "no image of their number"))
+    return frames, len(numbers), left_out, stamps_source
 
 
 def find_absent(files, number):
@@ -97,25 +103,27 @@ def find_pose(files, number, stamp_ns, trajectory):
 
 
 def read_stamps(folder, numbers, settings):
-    """One stamp for each frame, ns: of timestamps.txt, else by number and --rate."""
+    """(one stamp for each frame, ns; their source: timestamps.txt, else number and --rate)."""
     path = os.path.join(folder, "timestamps.txt")
     if os.path.exists(path):
-        return pick_stamps(path, numbers)
+        return pick_stamps(path, numbers), path
     if settings.trajectory:
-        raise DatasetError(f"--trajectory {settings.trajectory.path}: the images of {folder} have no "
-                           "stamps, expected timestamps.txt beside them (one line per frame, seconds)")
+        raise DatasetError(f"--trajectory {settings.trajectory.path}: the images of {folder} have "
+                           "no stamps, expected timestamps.txt beside them (one line per frame, "
+                           "seconds)")
     steps = [number - numbers[0] for number in numbers]
     if steps and steps[-1] > MAX_MEAN_STEP * len(steps):
         steps = range(len(numbers))
-    return [round(step * 1e9 / settings.rate_hz) for step in steps]
+    return [round(step * 1e9 / settings.rate_hz) for step in steps], RATE
 
 
 def pick_stamps(path, numbers):
-    """Lines are the folder's frames in order, or, where there are more, those of frames 0, 1, ..."""
+    """Lines are the folder's frames in order or, where there are more, frames 0, 1, ..."""
     lines = data_lines(path)
     if len(lines) != len(numbers):
         if not numbers or len(lines) <= numbers[-1]:
-            raise DatasetError(f"{path}: {len(lines)} lines, expected one per frame, {len(numbers)}")
+            raise DatasetError(f"{path}: {len(lines)} lines, expected one per frame, "
+                               f"{len(numbers)}")
         lines = [lines[number] for number in numbers]
     return [parse_seconds_ns(line, f"{path}:{number}") for number, line in lines]
 
@@ -128,7 +136,7 @@ def keep_rising(frames):
             kept.append(frame)
     dropped = len(frames) - len(kept)
     if dropped > len(frames) // 2:
-        raise DatasetError(f"{frames[0].color_path} and later: {dropped} of {len(frames)} frames have "
-                           f"a stamp that is not after the one before ({frames[0].stamp_ns / 1e9:.3f} "
-                           "s, ...), expected rising stamps")
+        raise DatasetError(f"{frames[0].color_path} and later: {dropped} of {len(frames)} frames "
+                           "have a stamp that is not after the one before "
+                           f"({frames[0].stamp_ns / 1e9:.3f} s, ...), expected rising stamps")
     return kept, [LeftOut(dropped, "frames", "stamp not after the one before")] if dropped else []

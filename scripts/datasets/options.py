@@ -27,14 +27,14 @@ def parse_arguments(arguments):
 
 
 def add_selection(group):
-    group.add_argument("--rate", type=positive_float, default=30.0, metavar="HZ",
+    group.add_argument("--rate", type=positive_float, default=None, metavar="HZ",
                        help="frames 0, 1, 2, ... per second where the folder has no stamps (30)")
     group.add_argument("--stride", type=positive_int, default=1, metavar="N",
                        help="take every Nth frame (1)")
     group.add_argument("--max-frames", type=positive_int, default=None, metavar="N",
                        help="stop after N frames")
-    group.add_argument("--sync-tolerance", type=positive_float, default=0.02, metavar="S",
-                       help="largest distance of the stamps of a colour and a depth image (0.02)")
+    group.add_argument("--sync-tolerance", type=positive_float, default=None, metavar="S",
+                       help="tum: largest distance of the stamps of colour and depth (0.02)")
     group.add_argument("--skip-broken", action="store_true",
                        help="leave out, name and count what cannot be read, in place of stopping")
 
@@ -58,7 +58,8 @@ def add_poses(group):
                        "folder's; images need stamps")
     group.add_argument("--camera-axes", choices=list(AXES_NAMES), default="opencv",
                        help="axes of the camera that poses speak of: opencv x right, y down, z "
-                       "forward; opengl x right, y up, z backward; flu (ros) x forward, y left, z up")
+                       "forward; opengl x right, y up, z backward; flu (ros) x forward, y left, z "
+                       "up")
     group.add_argument("--poses", choices=DIRECTIONS, default="camera-to-world",
                        help="what a pose takes to what (camera-to-world)")
     group.add_argument("--pose-scale", type=positive_float, default=1.0, metavar="M",

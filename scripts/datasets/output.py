@@ -34,7 +34,7 @@ class OutputFiles:
 
 
 def prepare(path):
-    """Makes the folder of an output file. Raises DatasetError where no file can be written there."""
+    """Makes an output file's folder. Raises DatasetError where no file can be written there."""
     if os.path.isdir(path) or path.endswith(os.sep):
         raise DatasetError(f"--output {path}: a folder, expected a file name such as "
                            f"{os.path.join(path, 'walk.bag')}")

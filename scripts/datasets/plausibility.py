@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the user should look at before using a bag: each line says what is seen, what it usually means
-and which option to set. Nothing here stops a run."""
+"""What the user should look at before using a bag: each line says what is seen, what it usually
+means and which option to set. Nothing here stops a run."""
 import numpy as np
 
 from . import consistency
@@ -11,7 +11,6 @@ MEDIANS_M = (0.25, 15.0)
 RANGE_M = (0.2, 20.0)
 MIN_SHARE_IN_RANGE = 0.5
 STEPS_S = (1e-3, 10.0)
-DEFAULT_CONVENTION = {"--camera-axes": "opencv", "--poses": "camera-to-world"}
 
 
 def find_doubts(loader, frames, given_poses, convention):
@@ -56,8 +55,8 @@ def describe_depth(scale, median_m, in_range, num_sampled):
               for unit in consistency.COMMON_UNITS_PER_M
               if unit != scale.units_per_m and 0.4 <= median_m * scale.units_per_m / unit <= 8.0]
     return [f"the median depth is {median_m:.3g} m and {in_range:.0%} of the readings lie within "
-            f"{RANGE_M[0]:g} to {RANGE_M[1]:g} m ({num_sampled} frames, {scale.describe()}); usually "
-            "the unit is another one, mostly millimetres"
+            f"{RANGE_M[0]:g} to {RANGE_M[1]:g} m ({num_sampled} frames, {scale.describe()}); "
+            "usually the unit is another one, mostly millimetres"
             + ("; " + ", ".join(others) if others else "; --depth-scale sets it")]
 
 
@@ -69,8 +68,8 @@ def describe_steps(frames):
     steps_s = np.diff([frame.stamp_ns for frame in frames]) / 1e9
     if not len(steps_s) or STEPS_S[0] <= np.median(steps_s) <= STEPS_S[1]:
         return []
-    return [f"frames are {np.median(steps_s):.3g} s apart (median); usually the stamps are in another "
-            "unit than seconds, as milliseconds"]
+    return [f"frames are {np.median(steps_s):.3g} s apart (median); usually the stamps are in "
+            "another unit than seconds, as milliseconds"]
 
 
 def describe_check(report):
@@ -83,9 +82,10 @@ def describe_check(report):
 
 def describe_disagreement(report):
     return (f"neighbouring frames do not agree: depth carried over by the poses differs by "
-            f"{report.assumed.median_error:.0%} (median), expected below 3 %, and no other --poses, "
-            "--camera-axes or --depth-scale is better; usually the intrinsics are of other images, "
-            "quaternions are not in the order x y z w, or poses and images are of different times")
+            f"{report.assumed.median_error:.0%} (median), expected below 3 %, and no other "
+            "--poses, --camera-axes or --depth-scale is better; usually the intrinsics are of "
+            "other images, quaternions are not in the order x y z w, or poses and images are of "
+            "different times")
 
 
 def describe_better(report, convention, scale, median_m):
@@ -111,12 +111,13 @@ def describe_better(report, convention, scale, median_m):
 
 
 def name_scale(factor, convention, scale, median_m):
-    """(the option, what it means) that makes depth `factor` times as large beside the poses: the unit
-    of depth, unless only the unit of the poses leaves a plausible depth."""
+    """(the option, what it means) that makes depth `factor` times as large beside the poses: the
+    unit of depth, unless only the unit of the poses leaves a plausible depth."""
     units_per_m = scale.units_per_m / factor
     if is_plausible(median_m * factor) or not is_plausible(median_m):
         text = f"{units_per_m:g}" if units_per_m > 1.0 else f"{1.0 / units_per_m:g}"
         return (f"--depth-scale {text}",
-                f"depth in another unit (median now {median_m:.2g} m, then {median_m * factor:.2g} m)")
+                f"depth in another unit (median now {median_m:.2g} m, then "
+                f"{median_m * factor:.2g} m)")
     return (f"--pose-scale {convention.scale_m / factor:g}",
             f"poses in another unit than metres (median depth {median_m:.2g} m)")

@@ -7,6 +7,7 @@ room_names (R), room_embeddings (R x D).
 """
 import json
 import os
+import zipfile
 
 import numpy as np
 
@@ -30,8 +31,8 @@ class RecordedSegmentation:
             require_shape(path, "frame_embeddings", self.frame_embeddings, (num_frames, self.size))
 
     def segment(self, instances, index):
-        """(labels renumbered 1..S, S x D embeddings: zeros for ids without one, image's D or 0) of an
-        H x W image of instance ids; index: the frame's position in the whole sequence."""
+        """(labels renumbered 1..S, S x D embeddings: zeros for ids without one, image's D or 0) of
+        an H x W image of instance ids; index: the frame's position in the whole sequence."""
         ids, inverse = np.unique(instances, return_inverse=True)
         labels = inverse.reshape(instances.shape) + (ids[0] != 0)
         zeros = np.zeros(self.size, np.float32)
@@ -54,8 +55,8 @@ def load_tables(path, keys):
     try:
         with np.load(path, allow_pickle=False) as file:
             tables = {key: file[key] for key in keys}
-    except (OSError, ValueError, KeyError) as error:
-        raise DatasetError(f"{path}: {error}, expected arrays {', '.join(keys)}")
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        raise DatasetError(f"{path}: {error}, expected an .npz with the arrays {', '.join(keys)}")
     for name in ("instance_ids", "task_names", "room_names"):
         if name in tables:
             rows = {"instance_ids": "embeddings", "task_names": "task_embeddings",
@@ -72,7 +73,7 @@ def require_shape(path, name, array, expected):
 
 
 def write_task_files(files, output, segmentation):
-    """Adds OUTPUT.object_tasks.yaml and OUTPUT.place_tasks.yaml (without .bag) to the output files."""
+    """Adds OUTPUT.object_tasks.yaml and OUTPUT.place_tasks.yaml (without .bag) to the files."""
     stem = output[: -len(".bag")] if output.endswith(".bag") else output
     for kind, tasks in (("object", segmentation.tasks), ("place", segmentation.rooms)):
         if tasks:

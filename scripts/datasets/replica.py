@@ -2,8 +2,9 @@
 """Replica as NICE-SLAM renders it: results/frameN.jpg, results/depthN.png, traj.txt.
 
 traj.txt: one row-major 4x4 camera-to-world matrix per line, optical frame; line 1 is frame 0.
-`cam_params.json` in the folder or the one above it ({"camera": {w, h, fx, fy, cx, cy, scale}}), else
-the values NICE-SLAM renders with: 600, 600, 599.5, 339.5 for 1200x680 and 6553.5 units per metre.
+`cam_params.json` in the folder or the one above it ({"camera": {w, h, fx, fy, cx, cy, scale}}),
+else the values NICE-SLAM renders with: 600, 600, 599.5, 339.5 for 1200x680 and 6553.5 units per
+metre.
 """
 import json
 import os
@@ -40,13 +41,14 @@ def list_images(folder):
 def read(folder, settings):
     colors, depths = list_images(folder)
     numbers = sorted(set(colors) | set(depths))
-    poses = {} if settings.trajectory else read_trajectory(os.path.join(folder, "traj.txt"), numbers,
-                                                           settings.broken)
+    poses = {} if settings.trajectory else read_trajectory(os.path.join(folder, "traj.txt"),
+                                                           numbers, settings.broken)
     labels = list_numbered(os.path.join(folder, "results"), "labels", (".png",))
-    frames, num_total, left_out = build_frames(folder, NumberedFiles(colors, depths, poses, labels),
-                                               settings)
+    files = NumberedFiles(colors, depths, poses, labels)
+    frames, num_total, left_out, stamps = build_frames(folder, files, settings)
     camera, units_per_m = read_camera(folder)
-    return Sequence(NAME, camera, None, units_per_m, frames, num_total, left_out)
+    return Sequence(NAME, camera, None, units_per_m, frames, num_total, left_out,
+                    stamps)
 
 
 def read_trajectory(path, numbers, broken):
@@ -89,6 +91,6 @@ def parse_camera(path):
     except (ValueError, KeyError, TypeError) as error:
         raise DatasetError(f"{path}: {error!r}, expected camera: fx, fy, cx, cy, scale")
     if camera is None or not units_per_m > 0.0:
-        raise DatasetError(f"{path}: camera {camera}, scale {units_per_m}, expected camera: fx, fy, "
-                           "cx, cy, scale")
+        raise DatasetError(f"{path}: camera {camera}, scale {units_per_m}, expected camera: fx, "
+                           "fy, cx, cy, scale")
     return require_finite(camera), units_per_m

@@ -3,8 +3,8 @@
 
 Poses and intrinsics are 4x4, poses camera to world; frames that lost tracking have -inf. Colour and
 depth differ in size (1296x968, 640x480) and have intrinsics of their own: intrinsic_color.txt and
-intrinsic_depth.txt in intrinsic/ or the folder itself, also as intrinsics_*; else `_info.txt` or the
-scene's <scene>.txt. Depth in millimetres. The folders may be called rgb/ and poses/.
+intrinsic_depth.txt in intrinsic/ or the folder itself, also as intrinsics_*; else `_info.txt` or
+the scene's <scene>.txt. Depth in millimetres. The folders may be called rgb/ and poses/.
 """
 import os
 
@@ -65,11 +65,11 @@ def read(folder, settings):
     files = NumberedFiles(colors, depths,
                           {} if settings.trajectory else read_poses(poses, settings.broken),
                           list_first(folder, LABEL_FOLDERS, (".png",)))
-    frames, num_total, left_out = build_frames(folder, files, settings)
+    frames, num_total, left_out, stamps = build_frames(folder, files, settings)
     info = sens_info.find_info(folder) or sens_info.SensInfo(None, None, UNITS_PER_M)
     return Sequence(NAME, find_camera(folder, "color") or info.color,
                     find_camera(folder, "depth") or info.depth, info.depth_units_per_m, frames,
-                    num_total, left_out, describe_extrinsics(folder))
+                    num_total, left_out, stamps, describe_extrinsics(folder))
 
 
 def find_camera(folder, name):

@@ -20,14 +20,15 @@ def find_info(folder):
     if os.path.exists(path):
         return parse_info(path)
     for place in (os.path.abspath(folder), os.path.dirname(os.path.abspath(folder))):
-        path = os.path.join(place, os.path.basename(place) + ".txt")
-        if os.path.exists(path):
-            return parse_scene(path)
+        info = parse_scene(os.path.join(place, os.path.basename(place) + ".txt"))
+        if info:
+            return info
     return None
 
 
 def parse_info(path):
-    """Keys m_calibration{Color,Depth}Intrinsic (4x4), m_{color,depth}{Width,Height}, m_depthShift."""
+    """Keys m_calibration{Color,Depth}Intrinsic (4x4), m_{color,depth}{Width,Height},
+    m_depthShift."""
     values = read_values(path)
     cameras = []
     for name in ("Color", "Depth"):
@@ -43,8 +44,11 @@ def parse_info(path):
 
 
 def parse_scene(path):
-    """Keys {fx,fy,mx,my}_{color,depth}, {color,depth}{Width,Height}; None where there are none."""
-    values = read_values(path)
+    """Keys {fx,fy,mx,my}_{color,depth}, {color,depth}{Width,Height}; None for any other file."""
+    try:
+        values = read_values(path)
+    except BrokenFile:
+        return None
     cameras = []
     for name in ("color", "depth"):
         numbers = [values.get(f"{key}_{name}", [])[:1] for key in ("fx", "fy", "mx", "my")]

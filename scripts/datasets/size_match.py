@@ -2,9 +2,10 @@
 """Colour and depth of different sizes, brought to one grid of pixels.
 
 Both images are taken to look from the same point in the same direction, as a registered pair does;
-pixel u of the output then lies at fx_in (u - cx_out) / fx_out + cx_in of the input. Without a second
-set of intrinsics the sizes' ratio s gives them, which makes that (u + 0.5) s - 0.5: pixel centres lie
-at whole numbers. Depth and labels take the nearest pixel; colour is averaged over the pixel's area.
+pixel u of the output then lies at fx_in (u - cx_out) / fx_out + cx_in of the input. Without a
+second set of intrinsics the sizes' ratio s gives them, which makes that (u + 0.5) s - 0.5: pixel
+centres lie at whole numbers. Depth and labels take the nearest pixel; colour is averaged over the
+pixel's area.
 """
 import math
 from typing import NamedTuple, Optional, Tuple
@@ -56,7 +57,7 @@ class Grid(NamedTuple):
         return np.where(self.is_inside(), taken, 0).astype(pixels.dtype)
 
     def average(self, color):
-        """H x W x 3: averaged where output pixels are larger, linear where smaller; black outside."""
+        """H x W x 3: averaged where output pixels are larger, linear where smaller; 0 outside."""
         (left, right), (top, bottom) = self.x.padding(), self.y.padding()
         padded = np.pad(color, ((top, bottom), (left, right), (0, 0)), mode="edge")
         (x0, x1), (y0, y1) = self.x.span(), self.y.span()
@@ -82,7 +83,7 @@ def make_grid(camera_in, size_in, camera_out, size_out):
 
 
 def match_sizes(cameras, sizes, mode, default_mode):
-    """How colour and depth get one size and one camera. Raises DatasetError where that is not known."""
+    """How colour and depth get one size and one camera. Raises DatasetError where it is unknown."""
     if sizes.color == sizes.depth and not (cameras.is_both and differ(cameras, sizes)):
         camera = cameras.color or cameras.depth
         return SizeMatch(camera, sizes.color, None, None, cameras.note)
@@ -90,8 +91,8 @@ def match_sizes(cameras, sizes, mode, default_mode):
     if mode is None:
         raise DatasetError(
             f"{sizes.color_path}: {to_text(sizes.color)} pixels, {sizes.depth_path}: "
-            f"{to_text(sizes.depth)}, expected one size; --match-size color-to-depth brings colour to "
-            f"{to_text(sizes.depth)}, --match-size depth-to-color brings depth to "
+            f"{to_text(sizes.depth)}, expected one size; --match-size color-to-depth brings colour "
+            f"to {to_text(sizes.depth)}, --match-size depth-to-color brings depth to "
             f"{to_text(sizes.color)}")
     color, depth = complete(cameras, sizes)
     way = "by their intrinsics" if cameras.is_both else "by the ratio of the sizes"
@@ -118,8 +119,8 @@ def complete(cameras, sizes):
     if not cameras.is_both and not intrinsics.is_same_shape(sizes.color, sizes.depth):
         raise DatasetError(
             f"{sizes.color_path}: {to_text(sizes.color)} pixels, {sizes.depth_path}: "
-            f"{to_text(sizes.depth)}, expected the same ratio of width and height within 1 %, or both "
-            "cameras' intrinsics: --intrinsics for colour and --depth-intrinsics for depth")
+            f"{to_text(sizes.depth)}, expected the same ratio of width and height within 1 %, or "
+            "both cameras' intrinsics: --intrinsics for colour and --depth-intrinsics for depth")
     color = cameras.color or intrinsics.scale(cameras.depth, sizes.depth, sizes.color)
     depth = cameras.depth or intrinsics.scale(cameras.color, sizes.color, sizes.depth)
     return color, depth

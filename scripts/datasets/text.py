@@ -33,7 +33,7 @@ def data_lines(path):
 
 
 def parse_floats(text, place):
-    """All numbers of a text, separated by blanks or commas; `place` (file:line) is for the error."""
+    """All numbers of a text, between blanks or commas; `place` (file:line) is for the error."""
     text = MICROSOFT_NAN.sub("nan", text.replace(",", " "))
     try:
         return [float(word) for word in text.split()]

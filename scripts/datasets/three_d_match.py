@@ -2,8 +2,9 @@
 """7-Scenes / 3DMatch: frame-N.{color.jpg|png, depth.png|pgm, pose.txt} in one folder.
 
 3RScan and ScanNet's C++ exporter write the same names, and `_info.txt` with both cameras. Depth in
-millimetres. Intrinsics: `_info.txt`, else those that 7-Scenes names (585, 585, 320, 240), which hold
-for 640x480 only. Lost tracking is written as NaN, -inf or zero poses: those frames are left out.
+millimetres. Intrinsics: `_info.txt`, else those that 7-Scenes names (585, 585, 320, 240), which
+hold for 640x480 only. Lost tracking is written as NaN, -inf or zero poses: those frames are left
+out.
 """
 from . import sens_info
 from .frames import Camera, Sequence
@@ -36,7 +37,8 @@ def read(folder, settings):
     files = NumberedFiles(colors, depths,
                           {} if settings.trajectory else read_poses(poses, settings.broken),
                           list_numbered(folder, "frame-", [".labels.png"]))
-    frames, num_total, left_out = build_frames(folder, files, settings)
+    frames, num_total, left_out, stamps = build_frames(folder, files, settings)
     info = sens_info.find_info(folder)
     return Sequence(NAME, info.color if info else SEVEN_SCENES, info.depth if info else None,
-                    info.depth_units_per_m if info else UNITS_PER_M, frames, num_total, left_out)
+                    info.depth_units_per_m if info else UNITS_PER_M, frames, num_total, left_out,
+                    stamps)

@@ -53,8 +53,8 @@ def parse_line(line, place):
     values = np.array(parse_floats(" ".join(words[1:]), place))
     length = np.linalg.norm(values[3:])
     if abs(length - 1.0) > MAX_QUATERNION_ERROR and length > 0.0:
-        raise BrokenFile(f"{place}: quaternion of length {length:.3g}, expected 1 (columns: stamp tx "
-                         "ty tz qx qy qz qw)")
+        raise BrokenFile(f"{place}: quaternion of length {length:.3g}, expected 1 (columns: stamp "
+                         "tx ty tz qx qy qz qw)")
     return stamp_ns, values[:3], values[3:]
 
 

@@ -13,7 +13,7 @@ import re
 import numpy as np
 
 from .conventions import find_fault
-from .frames import BrokenFile, Camera, DatasetError, Frame, LeftOut, Sequence
+from .frames import RATE, BrokenFile, Camera, DatasetError, Frame, LeftOut, Sequence
 from .text import data_lines, parse_seconds_ns
 from .trajectory import read_trajectory
 
@@ -21,11 +21,13 @@ NAME = "tum"
 LOOKS_FOR = "rgb.txt and depth.txt (or associations.txt), groundtruth.txt (or --trajectory)"
 ROS_DEFAULT = Camera(525.0, 525.0, 319.5, 239.5, "ROS's default, as the benchmark recommends",
                      (640, 480))
-FREIBURG3 = Camera(535.4, 539.2, 320.1, 247.6, "the benchmark's calibration of freiburg3", (640, 480))
+FREIBURG3 = Camera(535.4, 539.2, 320.1, 247.6, "the benchmark's calibration of freiburg3",
+                   (640, 480))
 ASSOCIATIONS = ("associations.txt", "association.txt", "associate.txt", "associated.txt",
                 "assoc.txt")
 UNITS_PER_M = 5000.0
-# Stamps that are all whole, below the one and mostly no further apart than the other are no seconds.
+# Stamps that are all whole, below the first and mostly no further apart than the second are frame
+# numbers.
 MAX_FRAME_NUMBER = 1000000
 MAX_NUMBER_STEP = 10
 
@@ -58,7 +60,7 @@ def find_associations(folder):
 
 
 def read(folder, settings):
-    pairs, left_out, notes = read_pairs(folder, settings)
+    pairs, left_out, source = read_pairs(folder, settings)
     trajectory = settings.trajectory or read_trajectory(os.path.join(folder, "groundtruth.txt"),
                                                         settings.broken)
     frames, faults = [], {}
@@ -74,8 +76,8 @@ def read(folder, settings):
         trajectory.require_overlap([pair[0] for pair in pairs])
     left_out += [LeftOut(count, "frames", fault) for fault, count in faults.items()]
     return spread_frame_numbers(
-        Sequence(NAME, find_camera(folder), None, UNITS_PER_M, frames, len(pairs), left_out, notes),
-        settings.rate_hz)
+        Sequence(NAME, find_camera(folder), None, UNITS_PER_M, frames, len(pairs), left_out,
+                 source), settings.rate_hz)
 
 
 def find_camera(folder):
@@ -84,10 +86,11 @@ def find_camera(folder):
 
 
 def read_pairs(folder, settings):
-    """([(colour's stamp in ns, colour, depth)] ascending, what was left out, notes)."""
+    """([(colour's stamp in ns, colour, depth)] ascending, what was left out, the stamps' file)."""
     lists = [os.path.join(folder, name) for name in ("rgb.txt", "depth.txt")]
     if not all(map(os.path.exists, lists)) and find_associations(folder):
-        return read_associations(find_associations(folder), settings.broken), [], ()
+        path = find_associations(folder)
+        return read_associations(path, settings.broken), [], path
     colors, depths = (read_list(path, settings.broken) for path in lists)
     max_gap_ns = round(settings.sync_tolerance_s * 1e9)
     pairs = associate([c[0] for c in colors], [d[0] for d in depths], max_gap_ns)
@@ -103,7 +106,7 @@ def read_pairs(folder, settings):
                 LeftOut(len(alone[1]), "depth images", "no colour image of their own within "
                         f"{settings.sync_tolerance_s:g} s")]
     return ([(colors[i][0], colors[i][1], depths[j][1]) for i, j in pairs],
-            [entry for entry in left_out if entry.count], ())
+            [entry for entry in left_out if entry.count], lists[0])
 
 
 def describe_gap(colors_ns, depths_ns, tolerance_s):
@@ -158,8 +161,8 @@ def parse_association(path, number, words):
         raise BrokenFile(f"{place}: {len(words)} words, expected 4: stamp, colour, stamp, depth")
     is_depth = [bool(re.search("depth", name, re.IGNORECASE)) for name in (words[1], words[3])]
     if is_depth[0] == is_depth[1]:
-        raise BrokenFile(f"{place}: '{words[1]}' and '{words[3]}', expected one of the two names to "
-                         "hold 'depth'")
+        raise BrokenFile(f"{place}: '{words[1]}' and '{words[3]}', expected one of the two names "
+                         "to hold 'depth'")
     color, depth = (2, 0) if is_depth[0] else (0, 2)
     return (parse_seconds_ns(words[color], place), resolve(path, words[color + 1]),
             resolve(path, words[depth + 1]))
@@ -178,7 +181,7 @@ def spread_frame_numbers(sequence, rate_hz):
         return sequence
     frames = [frame._replace(stamp_ns=round(frame.stamp_ns / rate_hz)) for frame in sequence.frames]
     note = f"stamps are small whole numbers: taken as frame numbers at {rate_hz:g} Hz (--rate)"
-    return sequence._replace(frames=frames, notes=sequence.notes + (note,))
+    return sequence._replace(frames=frames, stamps_source=RATE, notes=(note,))
 
 
 def associate(first_ns, second_ns, max_gap_ns):

@@ -136,6 +136,14 @@ class IntrinsicsOfFolders(ThreeDMatchFolder):
         self.convert("--intrinsics", "10,10,1.5,3")
         self.assertIn("cx 1.5", self.warnings()[0])
 
+    def test_intrinsics_of_depth_given_for_larger_colour_images_are_remarked(self):
+        folder = ScanNetFolder()
+        folder.setUp()
+        folder.write_frames()
+        folder.convert("--intrinsics", "10,10.5,5.5,4")
+        self.assertIn("cx 5.5", folder.warnings()[0])
+        folder.doCleanups()
+
     def test_the_option_goes_before_the_folders_file_before_the_layouts(self):
         folder = ScanNetFolder()
         folder.setUp()

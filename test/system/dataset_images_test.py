@@ -39,6 +39,12 @@ class ImageTypes(ThreeDMatchFolder):
     def test_depth_as_jpeg_under_another_ending_is_refused_by_type(self):
         self.expect_depth_refused(np.ones((6, 8), np.uint8), "8-bit grey JPEG", format="JPEG")
 
+    def test_depth_as_jpeg_is_refused_by_type(self):
+        self.write_frames(1)
+        os.remove(self.path(self.DEPTH_NAME))
+        self.save("frame-000000.depth.jpg", np.ones((6, 8), np.uint8))
+        self.expect_error("frame-000000.depth.jpg", "8-bit grey JPEG", "16 bits")
+
     def test_all_frames_of_a_wrong_type_are_no_broken_files(self):
         self.write_frames(2)
         for i in range(2):

@@ -121,6 +121,15 @@ class ThreeDMatch(ThreeDMatchFolder):
         for message, number in zip(messages["/tf"], (0, 9, 10, 100)):
             self.expect_pose(message, pose(number))
 
+    def test_an_option_without_effect_is_told(self):
+        self.write_frames(2)
+        self.convert("--sync-tolerance", "0.1", "--match-size", "color-to-depth")
+        self.assertIn("--sync-tolerance 0.1 is not used", self.warnings()[0])
+        self.assertIn("--match-size color-to-depth is not used", self.warnings()[1])
+        self.write("timestamps.txt", "10.0\n10.1\n")
+        self.convert("--rate", "10")
+        self.assertIn("--rate 10 is not used: stamps come from", self.warnings()[0])
+
     def test_mixed_padding_belongs_together_by_number(self):
         self.write_frames(2)
         os.rename(self.path("frame-000001.depth.png"), self.path("frame-1.depth.png"))
@@ -305,6 +314,13 @@ class RecordedLabels(ThreeDMatchFolder):
         os.remove(self.path("frame-000001.labels.png"))
         self.assertEqual(len(self.convert()["/segmentation"]), 1)
         self.assertIn("1 of 2 frames have no label image", self.warnings()[0])
+
+    def test_broken_tables_are_named(self):
+        for name in ("embeddings.npz", "image_embeddings.npz"):
+            for data in (b"", b"PK\x03\x04 cut", b"no archive"):
+                self.write_labels()
+                self.write_bytes(name, data)
+                self.expect_error(name, "expected an .npz with the arrays")
 
     def test_labels_of_eight_bits_are_ids_too(self):
         self.write_labels()
@@ -541,7 +557,7 @@ class Replica(ReplicaFolder):
         self.assertEqual(stamps_ns(messages[COLOR]), [int(1e9 + 1e8 * i) for i in (0, 1, 3, 5)])
         for message, number in zip(messages["/tf"], (0, 1, 3, 5)):
             self.expect_pose(message, pose(number))
-        self.assertIn("1 frames skipped: no colour image of their number", self.text)
+        self.assertIn("1 poses skipped: no image of their number", self.text)
         self.assertIn("1 frames skipped: no depth image of their number", self.text)
 
     def test_frames_counted_from_1_or_thinned_out_with_their_trajectory_are_taken_in_order(self):
@@ -639,6 +655,29 @@ class ScanNet(ScanNetFolder):
         self.expect_camera(self.convert()[INFO][0], 10.0, 10.5, 5.5, 4.0)
         self.assertIn("is for larger images", self.text)
 
+    def test_one_of_the_two_intrinsics_is_enough(self):
+        for absent, expected in (("depth", (10, 10.5, 5.5, 4.0)), ("color", (10, 10.5, 5.5, 4.0))):
+            self.write_frames()
+            os.remove(self.path(f"intrinsic/intrinsic_{absent}.txt"))
+            self.expect_camera(self.convert()[INFO][0], *expected)
+            self.assertIn("by the ratio of the sizes", self.text)
+
+    def test_poses_without_images_are_counted_and_images_keep_their_rows(self):
+        """Images thinned out, poses not; one row of embeddings for each image."""
+        self.write_frames((0, 2))
+        for i in range(4):
+            self.write(f"pose/{i}.txt", number_lines(pose(i)))
+        for i in (0, 2):
+            self.save(f"labels/{i}.png", np.full((18, 24), 3, np.uint16))
+        np.savez(self.path("embeddings.npz"), instance_ids=np.int32([3]),
+                 embeddings=np.float32([[0, 1]]), task_names=np.array(["a"]),
+                 task_embeddings=np.float32([[1, 0]]))
+        np.savez(self.path("image_embeddings.npz"), frame_embeddings=np.float32([[1, 0], [0, 1]]),
+                 room_names=np.array(["a"]), room_embeddings=np.float32([[1, 0]]))
+        messages = self.convert()["/segmentation"]
+        self.assertEqual([list(m.image_embedding) for m in messages], [[1, 0], [0, 1]])
+        self.assertIn("2 poses skipped: no image of their number", self.text)
+
     def test_extrinsics_that_differ_are_remarked_equal_ones_not(self):
         self.write_frames()
         self.write("intrinsic/extrinsic_color.txt", number_lines(np.eye(4)))
@@ -667,7 +706,7 @@ class Layouts(Folder):
     def test_an_unknown_folder_tells_what_was_looked_for_and_found(self):
         self.write("images/0.jpg", "")
         self.write("notes.txt", "")
-        text = self.expect_error(self.input, "0 layouts match", "Found: images/, 1 .txt", "--format")
+        text = self.expect_error(self.input, "0 layouts match", "Found: images/ (1 .jpg), 1 .txt", "--format")
         for name, layout in layouts.LAYOUTS.items():
             self.assertIn(f"{name}: {layout.LOOKS_FOR}", text)
 
