@@ -103,7 +103,7 @@ def describe_better(report, convention, scale, median_m):
         causes.append(cause)
     if report.setting.focal_factor != 1.0:
         options.append(f"--intrinsics of {report.setting.focal_factor:g} times the focal length")
-        causes.append("intrinsics of images of another size or camera")
+        causes.append("intrinsics of other images, or depth that is not registered to colour")
     seen = ("hardly see each other's surfaces" if np.isnan(report.assumed.median_error) else
             f"differ in depth by {report.assumed.median_error:.0%} (median)")
     return (f"neighbouring frames {seen}, with {' '.join(options)} by "
