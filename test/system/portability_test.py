@@ -53,12 +53,14 @@ def find_newer(kind, text):
 
 
 def run_vermin(paths):
-    """(exit status, output) of vermin: status 1 if a file needs a Python newer than 3.8."""
+    """(whether no file needs a Python newer than 3.8, output) of vermin."""
     command = [sys.executable, "-c", "from vermin import main; main()", "--target=3.8-", "--violations",
                "--eval-annotations", "--feature", "union-types", "--no-tips", *map(str, paths)]
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=300,
                           universal_newlines=True, env={**os.environ, "PYTHONPATH": VERMIN})
-    return done.returncode, done.stdout
+    # What this Python itself cannot parse is told, but not by the exit status.
+    is_old = done.returncode == 0 and not re.search(r"^\s+error: ", done.stdout, re.MULTILINE)
+    return is_old, done.stdout
 
 
 @unittest.skipUnless(os.path.isdir(os.path.join(VERMIN, "vermin")),
@@ -76,8 +78,8 @@ class PythonLevel(unittest.TestCase):
             paths[-1].write_text(program)
         names = {path.name for path in paths}
         self.assertLessEqual({"count_tests", "SceneGraph.cfg", "install_engine_0.py", "run_unittest"}, names)
-        status, output = run_vermin(paths)
-        self.assertEqual(status, 0, output)
+        is_old, output = run_vermin(paths)
+        self.assertTrue(is_old, output)
 
     def test_newer_syntax_types_and_methods_are_found(self):
         for program in ("match x:\n  case 1: pass\n", "def f(a: list[int]): pass\n", "a = b'x'.removeprefix(b'y')\n",
@@ -85,7 +87,7 @@ class PythonLevel(unittest.TestCase):
                         "with (open(a) as b, open(c) as d): pass\n"):
             path = self.folder / "program.py"
             path.write_text(program)
-            self.assertEqual(run_vermin([path])[0], 1, program)
+            self.assertFalse(run_vermin([path])[0], program)
 
 
 class NewerNames(unittest.TestCase):
