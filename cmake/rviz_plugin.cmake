@@ -7,6 +7,8 @@ if(rviz_FOUND AND Qt5_FOUND)
   set_target_properties(tsg_rviz PROPERTIES AUTOMOC ON)
   target_compile_definitions(tsg_rviz PRIVATE QT_NO_KEYWORDS)
   target_include_directories(tsg_rviz SYSTEM PRIVATE ${rviz_INCLUDE_DIRS})
+  # Debian 11's rviz names OpenGL's libraries without depending on their -dev packages; librviz finds them.
+  list(FILTER rviz_LIBRARIES EXCLUDE REGEX "^-l(OpenGL|GLX|GLU)$")
   target_link_libraries(tsg_rviz
     PRIVATE tsg_ros ${rviz_LIBRARIES} Qt5::Core Qt5::Widgets tsg_warnings)
   list(APPEND TSG_INSTALL_LIBRARIES tsg_rviz)

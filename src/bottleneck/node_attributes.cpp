@@ -81,7 +81,7 @@ json mergeEmbeddings(const std::vector<const json*>& members) {
     sum += readEmbedding(*members[i]).cast<double>();
   }
   const Embedding mean = (sum / static_cast<double>(members.size())).cast<float>();
-  const json data = std::vector<double>(mean.begin(), mean.end());
+  const json data = std::vector<double>(mean.data(), mean.data() + mean.size());
   const json& former = members.front()->at("semantic_feature");
   if (former.is_array()) return data;
   const bool is_row = former.at("rows") == 1;

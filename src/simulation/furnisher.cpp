@@ -40,6 +40,13 @@ Aabb grow(const Aabb& box, double gap_m) {
   return Aabb(box.min() - gap, box.max() + gap);
 }
 
+/// The axis-aligned box around a turned one (Eigen 3.4 has this as AlignedBox::transformed).
+Aabb transformBox(const Pose& T, const Aabb& box) {
+  const Eigen::Vector3d center = T * box.center();
+  const Eigen::Vector3d reach = T.linear().cwiseAbs() * box.sizes() / 2.0;
+  return Aabb(center - reach, center + reach);
+}
+
 /// Space in front (-y) of the model that must stay free; empty if it needs none.
 Aabb computeFrontZone(const Model& model, const Pose& T_world_model) {
   const double depth_m = model.frontClearance();
@@ -47,7 +54,7 @@ Aabb computeFrontZone(const Model& model, const Pose& T_world_model) {
   const Aabb local = model.computeBounds();
   const Eigen::Vector3d a(local.min().x(), local.min().y() - depth_m, kFlat_m);
   const Eigen::Vector3d b(local.max().x(), local.min().y(), 1.8);
-  return Aabb(a, b).transformed(T_world_model);
+  return transformBox(T_world_model, Aabb(a, b));
 }
 
 Aabb computeDoorZone(const Doorway& door) {

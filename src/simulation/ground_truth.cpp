@@ -9,7 +9,7 @@
 namespace tsg::simulation {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Json = nlohmann::json;
 
 Json toJson(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 

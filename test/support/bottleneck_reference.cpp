@@ -216,7 +216,7 @@ double SceneGenerator::uniform(double min, double max) {
 Embedding SceneGenerator::makeNoise() {
   std::normal_distribution<float> normal;
   Embedding noise(options_.dimension);
-  for (float& value : noise) value = normal(random_);
+  for (Eigen::Index i = 0; i < noise.size(); ++i) noise[i] = normal(random_);
   return noise / noise.norm();
 }
 

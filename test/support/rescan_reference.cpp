@@ -45,8 +45,8 @@ Eigen::MatrixXd computeRelevance(const std::vector<Embedding>& embeddings,
 
 double computeEntropy(const Eigen::VectorXd& p) {
   double bits = 0.0;
-  for (const double x : p) {
-    if (x > 1e-9) bits -= x * std::log2(x);
+  for (Index i = 0; i < p.size(); ++i) {
+    if (p[i] > 1e-9) bits -= p[i] * std::log2(p[i]);
   }
   return bits;
 }

@@ -6,6 +6,7 @@ in a frame ("get the red mug"); what it is true of follows from the noun phrase 
 """
 import random
 from dataclasses import dataclass
+from typing import FrozenSet, Optional
 
 # Never trained on, in no loss of either network: to measure whether colour and object are understood
 # apart from each other.
@@ -84,9 +85,9 @@ UNKNOWN = "qqq"  # stands for a word that is in no sentence
 class Text:
     """A sentence and what it is true of; None = any."""
     sentence: str
-    classes: frozenset | None = None
-    color: str | None = None
-    rooms: frozenset | None = None  # set: about rooms, true of no thing
+    classes: Optional[FrozenSet] = None
+    color: Optional[str] = None
+    rooms: Optional[FrozenSet] = None  # set: about rooms, true of no thing
     absent: bool = False  # true of nothing
 
 

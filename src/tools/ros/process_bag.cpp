@@ -135,7 +135,7 @@ nodelets::ChainConfig loadConfig(const Arguments& arguments,
 
 void writeTiming(const fs::path& path, const pipeline::Pipeline& pipeline,
                  const ros_interface::RgbdBag& bag) {
-  nlohmann::ordered_json json;
+  nlohmann::json json;
   for (const auto& [stage, times] : pipeline.times().summarize()) {
     json["stages"][stage] = {{"frames", times.count},
                              {"mean_ms", times.mean_ms},
@@ -143,7 +143,7 @@ void writeTiming(const fs::path& path, const pipeline::Pipeline& pipeline,
                              {"p95_ms", times.p95_ms},
                              {"max_ms", times.max_ms}};
   }
-  json["drops"] = nlohmann::ordered_json::object();
+  json["drops"] = nlohmann::json::object();
   for (const auto& [reason, drops] : bag.drops()) json["drops"][reason] = drops.count;
   json["tracks_without_primitive"] = pipeline.objects().rejections();
   writeFileAtomically(path, [&](std::ostream& out) { out << json.dump(2) << "\n"; });
