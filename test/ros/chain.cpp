@@ -190,6 +190,12 @@ TEST_F(Chain, PlacesAndARegionComeOut) {
   }
 }
 
+std::string describe(const std::map<std::string, std::string>& lines) {
+  std::string text;
+  for (const auto& [key, value] : lines) text += "\n  " + key + ": " + value;
+  return text;
+}
+
 TEST_F(Chain, EveryStageReadsThePixelsOfTheMessageItself) {
   std::ostringstream expected;
   expected << static_cast<const void*>(state_->last.depth->data.data());
@@ -199,7 +205,7 @@ TEST_F(Chain, EveryStageReadsThePixelsOfTheMessageItself) {
       return lines["pixels of the last image"] == expected.str() &&
              lines["processed"] == std::to_string(kNumFrames);
     })) << stage
-        << ": " << findDiagnostics(state_->diagnostics, stage)["pixels of the last image"]
+        << ": " << describe(findDiagnostics(state_->diagnostics, stage))
         << ", published: " << expected.str();
     auto lines = findDiagnostics(state_->diagnostics, stage);
     EXPECT_EQ(lines["images shared"], std::to_string(2 * kNumFrames));
