@@ -1,70 +1,34 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Command line of scripts/dataset_to_bag."""
-import argparse
+"""Folder -> bag, with a line on every choice made and a last line on what was written."""
 import os
 import sys
 
-from . import recorded_segmentation, replica, three_d_match, tum, world_up
-from .frames import DatasetError
+from . import plausibility, recorded_segmentation, world_up
+from .cameras import ImageSizes, find_cameras
+from .conventions import AXES_NAMES, PoseConvention
+from .depth_scale import DepthScale
+from .frames import RATE, BrokenFiles, DatasetError, Settings
+from .images import find_common_size
+from .intrinsics import find_doubt, to_text
+from .layouts import find_layout
+from .loader import FrameLoader
+from .numbered import keep_rising
+from .options import parse_arguments
+from .output import OutputFiles, prepare
+from .size_match import match_sizes
+from .trajectory import read_trajectory
 
-LAYOUTS = {"3dmatch": three_d_match, "tum": tum, "replica": replica}
-
-
-def parse_arguments(arguments):
-    parser = argparse.ArgumentParser(
-        prog="dataset_to_bag", description="Turns a folder of posed RGB-D images into a rosbag: "
-        "colour, registered depth, camera_info, tf (world -> camera_color_optical_frame). Label "
-        "images with embeddings become recorded Segmentation messages; their tasks and rooms "
-        "become OUTPUT.object_tasks.yaml and OUTPUT.place_tasks.yaml (without .bag). Sequences "
-        "that start before 1 s are moved by 1 s, as ROS gives time 0 a meaning of its own.")
-    parser.add_argument("--input", required=True, metavar="FOLDER")
-    parser.add_argument("--output", required=True, metavar="FILE.bag")
-    parser.add_argument("--format", default="auto", choices=["auto", *LAYOUTS])
-    parser.add_argument("--rate", type=positive_float, default=30.0, metavar="HZ",
-                        help="frame rate where the folder has no stamps (30)")
-    parser.add_argument("--stride", type=positive_int, default=1, metavar="N",
-                        help="take every Nth frame (1)")
-    parser.add_argument("--max-frames", type=positive_int, default=None, metavar="N",
-                        help="stop after N frames")
-    parser.add_argument("--world-up", type=up_direction, default=None, metavar="level|X,Y,Z",
-                        help="turn the world so that this direction of it becomes z, up; level: the "
-                        "one that fits a camera held level (7-Scenes' world is its first camera's); "
-                        "negative X: --world-up=-1,0,0")
-    return parser.parse_args(arguments)
+DEFAULT_RATE_HZ = 30.0
+DEFAULT_SYNC_TOLERANCE_S = 0.02
+MAX_NAMED = 5
 
 
-def positive_int(text):
-    value = int(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"{text}, expected at least 1")
-    return value
+def say(text):
+    print(f"[dataset_to_bag] {text}", flush=True)
 
 
-def positive_float(text):
-    value = float(text)
-    if not 0.0 < value < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text}, expected more than 0")
-    return value
-
-
-def up_direction(text):
-    try:
-        return world_up.parse_up(text)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(error)
-
-
-def find_layout(folder, name):
-    if not os.path.isdir(folder):
-        raise DatasetError(f"--input {folder}: expected a folder")
-    if name != "auto":
-        return LAYOUTS[name]
-    found = [layout for layout in LAYOUTS.values() if layout.matches(folder)]
-    if len(found) != 1:
-        raise DatasetError(f"{folder}: {len(found)} layouts match, expected one of 3dmatch "
-                           "(frame-*.pose.txt), tum (rgb.txt, depth.txt, groundtruth.txt), "
-                           "replica (results/, traj.txt); --format names it")
-    return found[0]
+def warn(text):
+    print(f"[dataset_to_bag] warning: {text}", file=sys.stderr, flush=True)
 
 
 def show_progress(done, total):
@@ -78,45 +42,150 @@ def show_progress(done, total):
         print(f"[dataset_to_bag] {done}/{total} frames", file=sys.stderr, flush=True)
 
 
+def read_sequence(arguments, broken):
+    """The folder's frames with poses as it gives them, stamps rising."""
+    folder = os.path.expanduser(arguments.input)
+    layout = find_layout(folder, arguments.format, arguments.trajectory is not None)
+    trajectory = arguments.trajectory and read_trajectory(os.path.expanduser(arguments.trajectory),
+                                                          broken)
+    sequence = layout.read(folder, Settings(arguments.rate or DEFAULT_RATE_HZ,
+                                            arguments.sync_tolerance or DEFAULT_SYNC_TOLERANCE_S,
+                                            trajectory, broken))
+    frames, repeated = keep_rising(sequence.frames)
+    sequence = sequence._replace(frames=frames, left_out=sequence.left_out + repeated)
+    describe_sequence(folder, sequence)
+    warn_of_unused(arguments, sequence)
+    if not frames:
+        raise DatasetError(f"{folder}: none of {sequence.num_total} frames can be used, expected "
+                           "at least one with colour, depth and a valid pose"
+                           + "".join(f"; {entry.count} {entry.what}: {entry.why}"
+                                     for entry in sequence.left_out))
+    return folder, sequence
+
+
+def describe_sequence(folder, sequence):
+    say(f"{folder}: layout {sequence.layout}, {sequence.num_total} frames, {len(sequence.frames)} "
+        f"with colour, depth and pose; stamps: {sequence.stamps_source}")
+    for entry in sequence.left_out:
+        say(f"{entry.count} {entry.what} skipped: {entry.why}")
+    for note in sequence.notes:
+        say(note)
+
+
+def warn_of_unused(arguments, sequence):
+    """Options that the folder leaves nothing to do for."""
+    if arguments.rate and sequence.stamps_source != RATE:
+        warn(f"--rate {arguments.rate:g} is not used: stamps come from {sequence.stamps_source}")
+    if arguments.sync_tolerance and os.path.basename(sequence.stamps_source) != "rgb.txt":
+        warn(f"--sync-tolerance {arguments.sync_tolerance:g} is not used: colour and depth belong "
+             "together by number or by a list of pairs")
+
+
+def make_loader(arguments, folder, sequence):
+    """Decides on camera, size and unit, and says so."""
+    sizes = ImageSizes(*find_common_size([frame.color_path for frame in sequence.frames]),
+                       *find_common_size([frame.depth_path for frame in sequence.frames]))
+    cameras = find_cameras(folder, sequence, sizes, arguments.intrinsics,
+                           arguments.depth_intrinsics)
+    match = match_sizes(cameras, sizes, arguments.match_size,
+                        "color-to-depth" if sequence.layout == "scannet" else None)
+    scale = arguments.depth_scale or DepthScale(sequence.depth_units_per_m, "the layout's")
+    say(f"intrinsics of the bag: {to_text(match.camera)} for {match.size[0]}x{match.size[1]}, from "
+        f"{match.camera.source}; depth: {scale.describe()}")
+    if match.note:
+        say(match.note)
+    if arguments.match_size and not match.color and not match.depth:
+        warn(f"--match-size {arguments.match_size} is not used: colour and depth have one size")
+    for camera, size in ((cameras.color, sizes.color), (cameras.depth, sizes.depth)):
+        doubt = camera and find_doubt(camera, size)
+        if doubt:
+            warn(doubt)
+    return FrameLoader(match, sizes, scale, arguments.depth_scale is not None)
+
+
+def convert_poses(sequence, convention, up):
+    """The sequence with poses T_world_camera of the optical frame, `up` (if any) turned to z."""
+    frames = [frame._replace(T_world_camera=convention.to_camera_to_world(frame.T_world_camera))
+              for frame in sequence.frames]
+    sequence = sequence._replace(frames=frames)
+    return sequence if up is None else world_up.turn_world(sequence, up)
+
+
+def check(loader, frames, convention):
+    """Remarks and warnings on frames with poses as the folder gives them."""
+    remarks, warnings = plausibility.find_doubts(loader, frames, [f.T_world_camera for f in frames],
+                                                 convention)
+    for remark in remarks:
+        say(remark)
+    for warning in warnings:
+        warn(warning)
+
+
+def read_segmentation(folder, sequence):
+    """None without embeddings.npz."""
+    if not recorded_segmentation.is_present(folder):
+        return None
+    num_labels = sum(frame.labels_path is not None for frame in sequence.frames)
+    if num_labels < len(sequence.frames):
+        warn(f"{len(sequence.frames) - num_labels} of {len(sequence.frames)} frames have no label "
+             "image beside embeddings.npz: no segmentation for these")
+    return recorded_segmentation.RecordedSegmentation(folder, sequence.num_total)
+
+
 def convert(arguments):
     from . import bag  # needs ROS; --help does not
-    layout = find_layout(arguments.input, arguments.format)
-    sequence = layout.read(arguments.input, arguments.rate)
-    if arguments.world_up is not None and sequence.frames:
-        sequence = world_up.turn_world(sequence, arguments.world_up)
+    broken = BrokenFiles(arguments.skip_broken)
+    folder, given = read_sequence(arguments, broken)
+    loader = make_loader(arguments, folder, given)
+    convention = PoseConvention(AXES_NAMES[arguments.camera_axes], arguments.poses,
+                                arguments.pose_scale)
+    sequence = convert_poses(given, convention, arguments.world_up)
     frames = sequence.frames[:: arguments.stride][: arguments.max_frames]
-    print(f"[dataset_to_bag] {arguments.input}: layout {sequence.layout}, {sequence.num_total} "
-          f"frames, {len(frames)} to write; intrinsics: {sequence.camera.source}")
-    if sequence.num_without_pose:
-        print(f"[dataset_to_bag] {sequence.num_without_pose} frames skipped: no valid pose")
-    if not frames:
-        raise DatasetError(f"{arguments.input}: no frame with a valid pose, expected at least one")
-    segmentation = None
-    if recorded_segmentation.is_present(arguments.input):
-        segmentation = recorded_segmentation.RecordedSegmentation(arguments.input,
-                                                                  sequence.num_total)
-    bag.write_bag(arguments.output, sequence, frames, segmentation, show_progress)
-    written = [arguments.output] + (write_task_files(arguments.output, segmentation)
-                                    if segmentation else [])
-    print("[dataset_to_bag] wrote " + ", ".join(written))
+    check(loader, [frame for frame in given.frames if frame.index <= frames[-1].index], convention)
+    segmentation = read_segmentation(folder, sequence)
+    output = os.path.expanduser(arguments.output)
+    prepare(output)
+    with OutputFiles() as files:
+        written = write_files(bag, files, output, frames, loader, segmentation, broken)
+        paths = files.commit()
+    say_end(paths, written, broken)
 
 
-def write_task_files(output, segmentation):
-    stem = output[: -len(".bag")] if output.endswith(".bag") else output
-    written = []
-    for kind, tasks in (("object", segmentation.tasks), ("place", segmentation.rooms)):
-        if tasks:
-            written.append(f"{stem}.{kind}_tasks.yaml")
-            recorded_segmentation.write_tasks(written[-1], tasks)
+def write_files(bag, files, output, frames, loader, segmentation, broken):
+    """Writes under temporary names; returns what the bag holds."""
+    temporary = files.add(output)
+    try:
+        if segmentation:
+            recorded_segmentation.write_task_files(files, output, segmentation)
+        written = bag.write_bag(temporary, frames, loader, segmentation, broken, show_progress)
+    except OSError as error:
+        raise DatasetError(f"{output}: {error.strerror or error}")
+    if not written.num_frames:
+        raise DatasetError(f"none of {len(frames)} frames could be read; the first: "
+                           f"{broken.errors[0]}")
     return written
+
+
+def say_end(paths, written, broken):
+    """One line for each broken file up to a few, then the line on what was written."""
+    for error in broken.errors[:MAX_NAMED]:
+        warn(f"skipped: {error}")
+    if len(broken.errors) > MAX_NAMED:
+        warn(f"skipped: {len(broken.errors) - MAX_NAMED} more")
+    skipped = f", {len(broken.errors)} broken files or lines skipped" if broken.errors else ""
+    say(f"wrote {', '.join(paths)}: {written.num_frames} frames over {written.duration_s:.2f} s"
+        f"{skipped}, {os.path.getsize(paths[0]) / 1e6:.1f} MB, topics {', '.join(written.topics)}")
 
 
 def main(arguments=None):
     try:
         convert(parse_arguments(arguments))
     except (DatasetError, OSError) as error:
-        print(f"dataset_to_bag: {error}", file=sys.stderr)
+        print(f"[dataset_to_bag] nothing was written: {error}", file=sys.stderr)
         return 1
+    except KeyboardInterrupt:
+        print("[dataset_to_bag] nothing was written: interrupted", file=sys.stderr)
+        return 130
     return 0
 
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Frames -> messages -> rosbag, with the topics and frame ids of a RealSense camera."""
-import os
+from typing import NamedTuple, Tuple
 
 import genpy
 import numpy as np
@@ -9,7 +9,8 @@ from geometry_msgs.msg import TransformStamped
 from sensor_msgs.msg import CameraInfo, Image
 from tf2_msgs.msg import TFMessage
 
-from .frames import DatasetError, read_color, read_uint16
+from .frames import BrokenFile, DatasetError
+from .images import NO_READING
 from .rotation import to_quaternion
 
 WORLD_FRAME = "world"
@@ -40,17 +41,17 @@ def to_image(header, pixels, encoding):
     return message
 
 
-def to_depth_image(header, raw, units_per_m):
-    """Millimetres stay 16UC1 (65535, 7-Scenes' invalid, becomes 0); else 32FC1 metres, lossless."""
-    if units_per_m == 1000.0:
-        return to_image(header, np.where(raw == 65535, 0, raw).astype("<u2"), "16UC1")
-    return to_image(header, (raw / units_per_m).astype("<f4"), "32FC1")
+def to_depth_image(header, raw, scale):
+    """Integer millimetres stay 16UC1 (65535 becomes 0); else 32FC1 metres, lossless."""
+    if scale.is_millimetres and raw.dtype == np.uint16:
+        return to_image(header, np.where(raw == NO_READING, 0, raw).astype("<u2"), "16UC1")
+    return to_image(header, scale.to_metres(raw).astype("<f4"), "32FC1")
 
 
 def to_camera_info(header, camera, shape):
     message = CameraInfo(header=header, height=shape[0], width=shape[1])
     message.distortion_model = "plumb_bob"
-    message.D = [0.0] * 5
+    message.D = (list(camera.distortion) + [0.0] * 5)[:5]
     fx, fy, cx, cy = camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px
     message.K = [fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0]
     message.R = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
@@ -88,39 +89,46 @@ def to_segmentation(header, labels, embeddings, image_embedding):
     return message
 
 
-def frame_messages(sequence, frame, stamp_ns, segmentation):
+def frame_messages(frame, stamp_ns, loader, segmentation):
     """[(topic, message)] in the order in which they are recorded: pose first, segments last."""
-    color, raw_depth = read_color(frame.color_path), read_uint16(frame.depth_path)
-    if color.shape[:2] != raw_depth.shape:
-        raise DatasetError(f"{frame.depth_path}: {raw_depth.shape[1]}x{raw_depth.shape[0]} pixels, "
-                           f"expected the colour image's {color.shape[1]}x{color.shape[0]}")
-    tf = to_transform(to_time(stamp_ns), frame.T_world_camera)
+    images = loader.load(frame, segmentation is not None)
     header = Image().header
     header.stamp, header.frame_id = to_time(stamp_ns), CAMERA_FRAME
-    messages = [("/tf", tf),
-                (INFO_TOPIC, to_camera_info(header, sequence.camera, color.shape)),
-                (DEPTH_TOPIC, to_depth_image(header, raw_depth, sequence.depth_units_per_m)),
-                (COLOR_TOPIC, to_image(header, color, "rgb8"))]
-    if segmentation and frame.labels_path:
-        messages.append((SEGMENTATION_TOPIC, to_segmentation(header, *segmentation.segment(frame))))
+    info = to_camera_info(header, loader.match.camera, images.color.shape)
+    messages = [("/tf", to_transform(to_time(stamp_ns), frame.T_world_camera)),
+                (INFO_TOPIC, info),
+                (DEPTH_TOPIC, to_depth_image(header, images.depth, loader.scale)),
+                (COLOR_TOPIC, to_image(header, images.color, "rgb8"))]
+    if images.labels is not None:
+        segments = segmentation.segment(images.labels, frame.index)
+        messages.append((SEGMENTATION_TOPIC, to_segmentation(header, *segments)))
     return messages
 
 
-def write_bag(path, sequence, frames, segmentation, report):
-    """Writes to a temporary name and renames; calls report(done, total) after each frame."""
-    temporary = path + ".part"
-    shift_ns = offset_ns(sequence.frames)
+class Written(NamedTuple):
+    num_frames: int
+    duration_s: float  # from the first frame's stamp to the last one's
+    topics: Tuple[str, ...]
+
+
+def write_bag(path, frames, loader, segmentation, broken, report):
+    """Calls report(done, total) after each frame. Frames that cannot be read go to `broken`."""
+    shift_ns = offset_ns(frames)
     if segmentation:
         segmentation_class()
-    try:
-        with rosbag.Bag(temporary, "w") as bag:
-            for done, frame in enumerate(frames, 1):
-                stamp_ns = frame.stamp_ns + shift_ns
-                messages = frame_messages(sequence, frame, stamp_ns, segmentation)
-                for step, (topic, message) in enumerate(messages):
-                    bag.write(topic, message, to_time(stamp_ns + step * RECORDING_STEP_NS))
-                report(done, len(frames))
-        os.replace(temporary, path)
-    finally:
-        if os.path.exists(temporary):
-            os.remove(temporary)
+    stamps_ns, topics = [], {}
+    with rosbag.Bag(path, "w") as bag:
+        for done, frame in enumerate(frames, 1):
+            stamp_ns = frame.stamp_ns + shift_ns
+            try:
+                messages = frame_messages(frame, stamp_ns, loader, segmentation)
+            except BrokenFile as error:
+                broken.add(error)
+                messages = []
+            for step, (topic, message) in enumerate(messages):
+                bag.write(topic, message, to_time(stamp_ns + step * RECORDING_STEP_NS))
+                topics[topic] = None
+            stamps_ns += [stamp_ns] if messages else []
+            report(done, len(frames))
+    duration_s = (stamps_ns[-1] - stamps_ns[0]) / 1e9 if stamps_ns else 0.0
+    return Written(len(stamps_ns), duration_s, tuple(topics))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Label images with ready embeddings, beside a 3DMatch-layout sequence.
+"""Label images with ready embeddings, beside a sequence of any layout that has label images.
 
 embeddings.npz: instance_ids (I), embeddings (I x D), task_names (T), task_embeddings (T x D).
 image_embeddings.npz (optional): frame_embeddings (one row per frame of the folder, in order),
@@ -7,10 +7,11 @@ room_names (R), room_embeddings (R x D).
 """
 import json
 import os
+import zipfile
 
 import numpy as np
 
-from .frames import DatasetError, read_uint16
+from .frames import DatasetError
 
 
 class RecordedSegmentation:
@@ -29,14 +30,14 @@ class RecordedSegmentation:
             self.frame_embeddings = images["frame_embeddings"]
             require_shape(path, "frame_embeddings", self.frame_embeddings, (num_frames, self.size))
 
-    def segment(self, frame):
-        """(labels renumbered 1..S, S x D embeddings: zeros for ids without one, image's D or 0)."""
-        instances = read_uint16(frame.labels_path)
+    def segment(self, instances, index):
+        """(labels renumbered 1..S, S x D embeddings: zeros for ids without one, image's D or 0) of
+        an H x W image of instance ids; index: the frame's position in the whole sequence."""
         ids, inverse = np.unique(instances, return_inverse=True)
         labels = inverse.reshape(instances.shape) + (ids[0] != 0)
         zeros = np.zeros(self.size, np.float32)
         embeddings = [self.rows.get(int(i), zeros) for i in ids if i != 0]
-        image = [] if self.frame_embeddings is None else self.frame_embeddings[frame.index]
+        image = [] if self.frame_embeddings is None else self.frame_embeddings[index]
         return (labels.astype(np.uint16),
                 np.array(embeddings, np.float32).reshape(-1, self.size), np.float32(image))
 
@@ -54,8 +55,8 @@ def load_tables(path, keys):
     try:
         with np.load(path, allow_pickle=False) as file:
             tables = {key: file[key] for key in keys}
-    except (OSError, ValueError, KeyError) as error:
-        raise DatasetError(f"{path}: {error}, expected arrays {', '.join(keys)}")
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        raise DatasetError(f"{path}: {error}, expected an .npz with the arrays {', '.join(keys)}")
     for name in ("instance_ids", "task_names", "room_names"):
         if name in tables:
             rows = {"instance_ids": "embeddings", "task_names": "task_embeddings",
@@ -71,12 +72,18 @@ def require_shape(path, name, array, expected):
         raise DatasetError(f"{path}: {name} has shape {array.shape}, expected finite {expected}")
 
 
+def write_task_files(files, output, segmentation):
+    """Adds OUTPUT.object_tasks.yaml and OUTPUT.place_tasks.yaml (without .bag) to the files."""
+    stem = output[: -len(".bag")] if output.endswith(".bag") else output
+    for kind, tasks in (("object", segmentation.tasks), ("place", segmentation.rooms)):
+        if tasks:
+            write_tasks(files.add(f"{stem}.{kind}_tasks.yaml"), tasks)
+
+
 def write_tasks(path, tasks):
-    """`tasks: [{name, embedding}]`, to a temporary name, then renamed."""
-    temporary = path + ".part"
-    with open(temporary, "w") as file:
+    """`tasks: [{name, embedding}]`."""
+    with open(path, "w") as file:
         file.write("tasks:\n")
         for name, embedding in tasks:
             numbers = ", ".join(f"{value:.8g}" for value in embedding)
             file.write(f"  - name: {json.dumps(name)}\n    embedding: [{numbers}]\n")
-    os.replace(temporary, path)

@@ -24,8 +24,9 @@ def to_quaternion(R):
 
 
 def slerp(q0, q1, share):
-    """The rotation `share` of the shorter way from q0 to q1."""
-    q0, q1 = q0 / np.linalg.norm(q0), q1 / np.linalg.norm(q1)
+    """The rotation `share` of the shorter way from q0 to q1; NaN where one is 0 or not finite."""
+    with np.errstate(invalid="ignore"):
+        q0, q1 = q0 / np.linalg.norm(q0), q1 / np.linalg.norm(q1)
     cosine = float(np.dot(q0, q1))
     if cosine < 0.0:
         q1, cosine = -q1, -cosine

@@ -1,68 +1,44 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""7-Scenes / 3DMatch: frame-%06d.{color.jpg|png, depth.png, pose.txt} in one folder.
+"""7-Scenes / 3DMatch: frame-N.{color.jpg|png, depth.png|pgm, pose.txt} in one folder.
 
-Depth in millimetres. `camera-intrinsics.txt` (3x3) in the folder or the one above it, else the
-values that 7-Scenes names (585, 585, 320, 240). `timestamps.txt` (one line per frame, seconds) if
-there is one, else --rate. Lost tracking is written as NaN or -inf poses: those frames are skipped.
+3RScan and ScanNet's C++ exporter write the same names, and `_info.txt` with both cameras. Depth in
+millimetres. Intrinsics: `_info.txt`, else those that 7-Scenes names (585, 585, 320, 240), which
+hold for 640x480 only. Lost tracking is written as NaN, -inf or zero poses: those frames are left
+out.
 """
-import glob
-import os
+from . import sens_info
+from .frames import Camera, Sequence
+from .numbered import (COLOR_SUFFIXES, DEPTH_SUFFIXES, NumberedFiles, build_frames, list_numbered,
+                       read_poses)
 
-import numpy as np
-
-from .frames import Camera, DatasetError, Frame, Sequence, is_rigid, parse_seconds_ns, read_matrix
-
-SEVEN_SCENES = Camera(585.0, 585.0, 320.0, 240.0, "7-Scenes' published values")
-
-
-def matches(folder):
-    return bool(glob.glob(os.path.join(folder, "frame-*.pose.txt")))
+NAME = "3dmatch"
+LOOKS_FOR = "frame-N.color.jpg, frame-N.depth.png, frame-N.pose.txt"
+SEVEN_SCENES = Camera(585.0, 585.0, 320.0, 240.0, "7-Scenes' published values", (640, 480))
+UNITS_PER_M = 1000.0
 
 
-def read(folder, rate_hz):
-    poses = sorted(glob.glob(os.path.join(folder, "frame-*.pose.txt")))
-    stems = [path[: -len(".pose.txt")] for path in poses]
-    if not stems:
-        raise DatasetError(f"{folder}: no frame-*.pose.txt, expected the 7-Scenes/3DMatch layout")
-    stamps_ns = read_stamps(folder, len(stems), rate_hz)
-    frames = []
-    for index, stem in enumerate(stems):
-        T = read_matrix(stem + ".pose.txt", 4, 4)
-        if is_rigid(T):
-            labels = stem + ".labels.png"
-            frames.append(Frame(index, stamps_ns[index], find_color(stem), stem + ".depth.png", T,
-                                labels if os.path.exists(labels) else None))
-    return Sequence("3dmatch", read_camera(folder), 1000.0, frames, len(stems),
-                    len(stems) - len(frames))
+def find_absent(folder, has_trajectory):
+    """What of the layout the folder lacks; empty: it has it."""
+    colors, depths, poses = list_files(folder)
+    absent = [name for name, files in (("frame-N.color.jpg|png", colors),
+                                       ("frame-N.depth.png|pgm", depths),
+                                       ("frame-N.pose.txt", poses or has_trajectory)) if not files]
+    return absent or ([] if set(colors) & set(depths) else ["colour and depth of the same number"])
 
 
-def read_stamps(folder, count, rate_hz):
-    path = os.path.join(folder, "timestamps.txt")
-    if not os.path.exists(path):
-        return [round(index * 1e9 / rate_hz) for index in range(count)]
-    with open(path) as file:
-        lines = [line.strip() for line in file if line.strip()]
-    if len(lines) != count:
-        raise DatasetError(f"{path}: {len(lines)} lines, expected one per frame, {count}")
-    return [parse_seconds_ns(line, path, number) for number, line in enumerate(lines, 1)]
+def list_files(folder):
+    return (list_numbered(folder, "frame-", [".color" + suffix for suffix in COLOR_SUFFIXES]),
+            list_numbered(folder, "frame-", [".depth" + suffix for suffix in DEPTH_SUFFIXES]),
+            list_numbered(folder, "frame-", [".pose.txt"]))
 
 
-def find_color(stem):
-    for ending in (".color.jpg", ".color.png"):
-        if os.path.exists(stem + ending):
-            return stem + ending
-    raise DatasetError(f"{stem}.color.jpg: absent, expected it (or .color.png) beside the pose")
-
-
-def read_camera(folder):
-    for place in (folder, os.path.dirname(os.path.abspath(folder))):
-        path = os.path.join(place, "camera-intrinsics.txt")
-        if os.path.exists(path):
-            return camera_from_matrix(read_matrix(path, 3, 3), path)
-    return SEVEN_SCENES
-
-
-def camera_from_matrix(K, path):
-    if not np.all(np.isfinite(K)) or K[0, 0] <= 0.0 or K[1, 1] <= 0.0:
-        raise DatasetError(f"{path}: fx {K[0, 0]}, fy {K[1, 1]}, expected positive pixels")
-    return Camera(K[0, 0], K[1, 1], K[0, 2], K[1, 2], path)
+def read(folder, settings):
+    colors, depths, poses = list_files(folder)
+    files = NumberedFiles(colors, depths,
+                          {} if settings.trajectory else read_poses(poses, settings.broken),
+                          list_numbered(folder, "frame-", [".labels.png"]))
+    frames, num_total, left_out, stamps = build_frames(folder, files, settings)
+    info = sens_info.find_info(folder)
+    return Sequence(NAME, info.color if info else SEVEN_SCENES, info.depth if info else None,
+                    info.depth_units_per_m if info else UNITS_PER_M, frames, num_total, left_out,
+                    stamps)

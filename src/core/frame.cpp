@@ -70,4 +70,16 @@ void Segmentation::validate() const {
   if (!image_embedding.allFinite()) fail("the image embedding has a value that is not finite");
 }
 
+SegmentationPtr alignToFrame(const RgbdFrame& frame, const SegmentationPtr& segmentation) {
+  if (!frame.color_warp || !segmentation) return segmentation;
+  const cv::Size expected = frame.color_warp->sourceSize();
+  if (segmentation->labels.size() != expected) {
+    fail("label image is ", segmentation->labels.cols, "x", segmentation->labels.rows,
+         ", expected that of the published colour image, ", expected.width, "x", expected.height);
+  }
+  auto aligned = std::make_shared<Segmentation>(*segmentation);
+  aligned->labels = frame.color_warp->applyNearest(segmentation->labels);
+  return aligned;
+}
+
 }  // namespace tsg

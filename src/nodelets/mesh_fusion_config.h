@@ -7,7 +7,7 @@
 #include "stage_nodelet.h"
 #include "task_scene_graph/pipeline/background_fusion.h"
 #include "task_scene_graph/pipeline/object_fusion.h"
-#include "task_scene_graph/ros/rgbd_input.h"
+#include "task_scene_graph/ros/input_config.h"
 
 namespace tsg::nodelets {
 

@@ -118,6 +118,7 @@ MeshFusionNodelet::~MeshFusionNodelet() {
 
 void MeshFusionNodelet::start() {
   config_ = loadConfig<MeshFusionNodeletConfig>();
+  ros_interface::checkInputFiles(config_.input);
   background_ = std::make_unique<pipeline::BackgroundFusion>(config_.background_fusion);
   objects_ = std::make_unique<pipeline::ObjectFusion>(config_.object_fusion);
   matcher_ =
@@ -158,12 +159,13 @@ void MeshFusionNodelet::startTopics() {
       handle, config_.input, report(),
       ros_interface::RgbdInput::Callbacks{[this](const RgbdFramePtr& frame) { onFrame(frame); },
                                           [this] { onJumpBack(); }});
-  segmentation_subscriber_ =
-      handle.subscribe("segmentation", 100, &MeshFusionNodelet::onSegmentation, this);
+  segmentation_subscriber_ = handle.subscribe(config_.input.segmentation_topic, 100,
+                                              &MeshFusionNodelet::onSegmentation, this);
   tracks_subscriber_ = handle.subscribe("tracks", 1000, &MeshFusionNodelet::onTracks, this);
   object_follower_ = std::make_unique<ros_interface::ObjectFollower>(handle);
   watch_ = std::make_unique<ros_interface::TopicWatch>(report(), config_.input.patience_s);
-  watch_->add(segmentation_subscriber_, "segmentation");
+  watch_->add(segmentation_subscriber_, config_.input.segmentation_topic,
+              "task_scene_graph/Segmentation");
   watch_->add(tracks_subscriber_, "tracks");
 }
 
@@ -248,7 +250,7 @@ void MeshFusionNodelet::processBackground(const BackgroundJob& job) {
 void MeshFusionNodelet::processObjects(const ObjectJob& job) {
   try {
     if (job.match.frame != nullptr) {
-      objects_->addFrame(job.match.frame, job.match.segmentation);
+      objects_->addFrame(job.match.frame, alignToFrame(*job.match.frame, job.match.segmentation));
     } else if (job.tracks != nullptr) {
       const TrackedFrame tracked = ros_interface::fromMessage(*job.tracks);
       newest_tracks_ = tracked.stamp;
@@ -310,6 +312,7 @@ msg::FinishResponse MeshFusionNodelet::finish(const msg::FinishRequest& request,
   msg::FinishResponse response;
   const bool has_all =
       arrivals_.wait(request.last_id, ros_interface::toStamp(request.stamp), deadline);
+  input_->flush();
   releaseTracks(true);
   report().countDropped("object queue full", "", object_worker_->push({{}, nullptr, true}));
   const bool is_done = background_worker_->waitIdle(deadline) && object_worker_->waitIdle(deadline);

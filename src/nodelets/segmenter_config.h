@@ -4,6 +4,7 @@
 #include <string>
 
 #include "stage_nodelet.h"
+#include "task_scene_graph/ros/input_config.h"
 #include "task_scene_graph/segmentation/segmenter.h"
 
 namespace tsg::nodelets {
@@ -11,16 +12,15 @@ namespace tsg::nodelets {
 /// Private parameters of the nodelet: those of its stage, and how it is fed.
 struct SegmenterNodeletConfig {
   segmentation::SegmenterConfig segmenter;
+  ros_interface::InputConfig input;
   std::string models;
-  double patience_s = 5.0;
   CommonConfig common;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor& v) {
     segmentation::SegmenterConfig::visit(self.segmenter, v);
     v.field("models", self.models, {}, "", "YAML file of the model set");
-    v.field("patience_s", self.patience_s, {0.1, 3600.0}, "s",
-            "a topic that is silent for so long (wall time) is named in a warning");
+    v.group("input", self.input);
     CommonConfig::visit(self.common, v);
   }
 };

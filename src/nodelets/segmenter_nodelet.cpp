@@ -6,6 +6,7 @@
 #include "stage_nodelet.h"
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/image_conversions.h"
+#include "task_scene_graph/ros/image_subscriber.h"
 #include "task_scene_graph/ros/message_conversions.h"
 #include "task_scene_graph/ros/stamp_order.h"
 #include "task_scene_graph/ros/topic_watch.h"
@@ -29,8 +30,8 @@ class SegmenterNodelet : public StageNodelet {
   void check() override;
   msg::FinishResponse finish(const msg::FinishRequest& request, Deadline deadline) override;
 
-  void onImage(const sensor_msgs::ImageConstPtr& message);
-  void process(const sensor_msgs::ImageConstPtr& message);
+  void onImage(const ros_interface::SourceImage& image);
+  void process(const ros_interface::SourceImage& image);
   void publishOverlay(const ColorImage& color, const Segmentation& segmentation,
                       const std::string& frame);
 
@@ -41,8 +42,8 @@ class SegmenterNodelet : public StageNodelet {
   ros::Publisher publisher_;
   ros::Publisher overlay_publisher_;
   std::unique_ptr<ros_interface::TopicWatch> watch_;
-  std::unique_ptr<ros_interface::Worker<sensor_msgs::ImageConstPtr>> worker_;
-  ros::Subscriber subscriber_;
+  std::unique_ptr<ros_interface::Worker<ros_interface::SourceImage>> worker_;
+  std::unique_ptr<ros_interface::ImageSubscriber> subscriber_;
 };
 
 void SegmenterNodelet::start() {
@@ -58,30 +59,40 @@ void SegmenterNodelet::start() {
                                                          config.segmenter);
   publisher_ = getNodeHandle().advertise<msg::Segmentation>("segmentation", 100);
   overlay_publisher_ = getNodeHandle().advertise<sensor_msgs::Image>("segmentation_overlay", 2);
-  worker_ = std::make_unique<ros_interface::Worker<sensor_msgs::ImageConstPtr>>(
-      1, [this](const sensor_msgs::ImageConstPtr& message) { process(message); });
-  subscriber_ =
-      getNodeHandle().subscribe("camera/color/image_raw", 1, &SegmenterNodelet::onImage, this);
-  watch_ = std::make_unique<ros_interface::TopicWatch>(report(), config.patience_s);
-  watch_->add(subscriber_, "camera/color/image_raw");
+  worker_ = std::make_unique<ros_interface::Worker<ros_interface::SourceImage>>(
+      1, [this](const ros_interface::SourceImage& image) { process(image); });
+  watch_ = std::make_unique<ros_interface::TopicWatch>(report(), config.input.patience_s);
+  subscriber_ = std::make_unique<ros_interface::ImageSubscriber>(
+      getNodeHandle(), config.input.color_topic, 1,
+      [this](const ros_interface::SourceImage& image) { onImage(image); });
+  watch_->add(subscriber_->subscriber(), config.input.color_topic, "sensor_msgs/Image");
 }
 
-void SegmenterNodelet::onImage(const sensor_msgs::ImageConstPtr& message) {
+void SegmenterNodelet::onImage(const ros_interface::SourceImage& image) {
   watch_->noteMessage(0);
   report().countInput();
-  const auto kind = order_.update(ros_interface::toStamp(message->header.stamp));
+  try {
+    ros_interface::checkStamp(image.header().stamp, subscriber_->topic());
+  } catch (const ros_interface::InputError& e) {
+    report().countDropped(e.reason(), std::string("dropped an image: ") + e.what());
+    return;
+  }
+  const auto kind = order_.update(image.stamp());
   if (kind == ros_interface::StampOrder::Kind::kDuplicate) {
     report().countDropped("repeated stamp");
     return;
   }
-  report().countDropped("a newer image came", "", worker_->push(message));
+  report().countDropped("a newer image came", "", worker_->push(image));
 }
 
-void SegmenterNodelet::process(const sensor_msgs::ImageConstPtr& message) {
+void SegmenterNodelet::process(const ros_interface::SourceImage& image) {
   try {
     const ros_interface::StageTimer timer;
-    const ColorImage color = ros_interface::toColorImage(message, subscriber_.getTopic());
-    report().countImage(ros_interface::isShared(color.image, *message), color.image.data);
+    const auto message = image.decode(subscriber_->topic());
+    ColorImage color = ros_interface::toColorImage(message, subscriber_->topic());
+    color.stamp = image.stamp();
+    const bool is_shared = !image.isCompressed() && ros_interface::isShared(color.image, *message);
+    report().countImage(is_shared, color.image.data);
     const Segmentation segmentation = segmenter_->segment(color);
     publisher_.publish(ros_interface::toMessage(segmentation, message->header.frame_id));
     report().countProcessed(timer.elapsedMs());
@@ -102,7 +113,16 @@ void SegmenterNodelet::publishOverlay(const ColorImage& color, const Segmentatio
       is_rgb ? "rgb8" : "bgr8", color.stamp, frame));
 }
 
-void SegmenterNodelet::check() { watch_->check(); }
+void SegmenterNodelet::check() {
+  if (watch_->numMessages(0) == 0) {
+    const std::string change = subscriber_->look();
+    if (!change.empty()) {
+      report().warn(change, change);
+      watch_->replace(0, subscriber_->subscriber());
+    }
+  }
+  watch_->check();
+}
 
 msg::FinishResponse SegmenterNodelet::finish(const msg::FinishRequest&, Deadline deadline) {
   msg::FinishResponse response;

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "stage_nodelet.h"
-#include "task_scene_graph/ros/rgbd_input.h"
+#include "task_scene_graph/ros/input_config.h"
 #include "task_scene_graph/tracking/tracker.h"
 
 namespace tsg::nodelets {

@@ -64,6 +64,7 @@ class TrackerNodelet : public StageNodelet {
 
 void TrackerNodelet::start() {
   config_ = loadConfig<TrackerNodeletConfig>();
+  ros_interface::checkInputFiles(config_.input);
   tracker_ = std::make_unique<tracking::Tracker>(config_.tracker);
   matcher_ =
       std::make_unique<ros_interface::FrameMatcher>(static_cast<std::size_t>(config_.frame_cache));
@@ -78,10 +79,10 @@ void TrackerNodelet::start() {
             matcher_->clear();
             worker_->push({{}, true});
           }});
-  subscriber_ =
-      getNodeHandle().subscribe("segmentation", 100, &TrackerNodelet::onSegmentation, this);
+  subscriber_ = getNodeHandle().subscribe(config_.input.segmentation_topic, 100,
+                                          &TrackerNodelet::onSegmentation, this);
   watch_ = std::make_unique<ros_interface::TopicWatch>(report(), config_.input.patience_s);
-  watch_->add(subscriber_, "segmentation");
+  watch_->add(subscriber_, config_.input.segmentation_topic, "task_scene_graph/Segmentation");
 }
 
 void TrackerNodelet::onSegmentation(const msg::SegmentationConstPtr& message) {
@@ -104,7 +105,8 @@ void TrackerNodelet::process(const Job& job) {
   try {
     const ros_interface::StageTimer timer;
     const auto& [frame, segmentation] = job.match;
-    publish(frame != nullptr ? tracker_->update(*frame, *segmentation) : tracker_->finish());
+    publish(frame != nullptr ? tracker_->update(*frame, *alignToFrame(*frame, segmentation))
+                             : tracker_->finish());
     if (frame != nullptr) report().countProcessed(timer.elapsedMs());
     if (job.is_new_start) startAnew();
   } catch (const std::exception& e) {
@@ -154,6 +156,7 @@ void TrackerNodelet::checkIdle() {
 
 msg::FinishResponse TrackerNodelet::finish(const msg::FinishRequest& request, Deadline deadline) {
   const bool is_complete = segmentations_.wait(0, ros_interface::toStamp(request.stamp), deadline);
+  input_->flush();
   worker_->push({});
   msg::FinishResponse response;
   response.success = is_complete && worker_->waitIdle(deadline);

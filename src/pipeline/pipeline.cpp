@@ -37,9 +37,10 @@ scene_graph::SceneGraphPtr Pipeline::finish() {
 
 SegmentationPtr Pipeline::findSegmentation(const RgbdFrame& frame,
                                            const SegmentationPtr& recorded) {
-  if (recorded || !segmenter_) return recorded;
+  if (recorded || !segmenter_) return alignToFrame(frame, recorded);
   return times_.measure("segmentation", [&] {
-    return std::make_shared<const Segmentation>(segmenter_->segment(frame.color));
+    const ColorImage& color = frame.color_warp ? frame.published_color : frame.color;
+    return alignToFrame(frame, std::make_shared<const Segmentation>(segmenter_->segment(color)));
   });
 }
 

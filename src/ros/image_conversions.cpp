@@ -38,16 +38,6 @@ std::shared_ptr<const void> toOwner(const cv_bridge::CvImageConstPtr& image) {
   return {image.get(), [image](const void*) {}};
 }
 
-void requireFinite(const double* values, std::size_t count, const char* name,
-                   const std::string& topic) {
-  for (std::size_t i = 0; i < count; ++i) {
-    if (std::isfinite(values[i])) continue;
-    throw InputError("camera_info on " + topic + " has " + name + "[" + std::to_string(i) +
-                         "] = " + std::to_string(values[i]) + ", expected a finite number",
-                     "bad intrinsics");
-  }
-}
-
 }  // namespace
 
 ColorImage toColorImage(const sensor_msgs::ImageConstPtr& message, const std::string& topic) {
@@ -80,25 +70,6 @@ DepthImage toDepthImage(const sensor_msgs::ImageConstPtr& message, const std::st
   depth.metres_per_unit = is_millimetres ? 0.001 : 1.0;
   depth.owner = toOwner(shared);
   return depth;
-}
-
-CameraModel toCameraModel(const sensor_msgs::CameraInfo& info, const std::string& topic) {
-  requireFinite(info.K.data(), info.K.size(), "K", topic);
-  requireFinite(info.P.data(), info.P.size(), "P", topic);
-  CameraModel camera;
-  camera.width_px = static_cast<int>(info.width);
-  camera.height_px = static_cast<int>(info.height);
-  const bool has_projection = info.P[0] != 0.0;
-  camera.fx_px = has_projection ? info.P[0] : info.K[0];
-  camera.cx_px = has_projection ? info.P[2] : info.K[2];
-  camera.fy_px = has_projection ? info.P[5] : info.K[4];
-  camera.cy_px = has_projection ? info.P[6] : info.K[5];
-  try {
-    camera.validate();
-  } catch (const std::invalid_argument& e) {
-    throw InputError("camera_info on " + topic + ": " + e.what(), "bad intrinsics");
-  }
-  return camera;
 }
 
 bool hasDistortion(const sensor_msgs::CameraInfo& info) {

@@ -1,13 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "task_scene_graph/ros/pose_waiter.h"
 
-#include <tf2/exceptions.h>
-
 #include <chrono>
-#include <sstream>
-#include <stdexcept>
-
-#include "task_scene_graph/ros/geometry_conversions.h"
 
 namespace tsg::ros_interface {
 namespace {
@@ -17,25 +11,17 @@ constexpr auto kPollInterval = std::chrono::milliseconds(50);
 
 }  // namespace
 
-PoseWaiter::PoseWaiter(tf2::BufferCore& buffer, Options options, std::function<double()> now_s,
+PoseWaiter::PoseWaiter(const PoseSource& poses, Options options, std::function<double()> now_s,
                        OnFrame on_frame, OnDrop on_drop)
-    : buffer_(buffer),
-      options_(std::move(options)),
+    : poses_(poses),
+      options_(options),
       now_s_(std::move(now_s)),
       on_frame_(std::move(on_frame)),
       on_drop_(std::move(on_drop)) {
-  tf_changed_ = buffer_._addTransformsChangedListener([this] {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      has_news_ = true;
-    }
-    changed_.notify_all();
-  });
   thread_ = std::thread([this] { run(); });
 }
 
 PoseWaiter::~PoseWaiter() {
-  tf_changed_.disconnect();
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     is_stopped_ = true;
@@ -58,7 +44,16 @@ void PoseWaiter::push(std::shared_ptr<RgbdFrame> frame, const std::string& camer
   changed_.notify_all();
   if (!dropped) return;
   on_drop_(Reason::kQueueFull,
-           "too many frames wait for their pose; of the oldest: " + lookUp(*dropped).value_or("-"));
+           "too many frames wait for their pose; of the oldest: " +
+               poses_.lookUp(dropped->camera_frame, dropped->frame->stamp).why_not);
+}
+
+void PoseWaiter::notifyNews() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    has_news_ = true;
+  }
+  changed_.notify_all();
 }
 
 std::size_t PoseWaiter::clear() {
@@ -86,48 +81,19 @@ void PoseWaiter::run() {
 bool PoseWaiter::advance(std::unique_lock<std::mutex>& lock) {
   if (queue_.empty()) return false;
   const Waiting waiting = queue_.front();
-  const std::optional<std::string> why_not = lookUp(waiting);
-  if (why_not) {
-    const bool expired = now_s_() - waiting.arrival_s > options_.timeout_s;
-    if (!expired && !isTooLate(waiting)) return false;
-  }
+  const auto answer = poses_.lookUp(waiting.camera_frame, waiting.frame->stamp);
+  const bool is_expired = now_s_() - waiting.arrival_s > options_.timeout_s;
+  if (!answer.T_world_camera && !answer.is_final && !is_expired) return false;
   queue_.pop_front();
   lock.unlock();
-  if (why_not) {
-    on_drop_(Reason::kNoTransform, *why_not);
-  } else {
+  if (answer.T_world_camera) {
+    waiting.frame->T_world_camera = *answer.T_world_camera;
     on_frame_(waiting.frame);
+  } else {
+    on_drop_(Reason::kNoPose, answer.why_not);
   }
   lock.lock();
   return true;
-}
-
-std::optional<std::string> PoseWaiter::lookUp(const Waiting& waiting) const {
-  try {
-    waiting.frame->T_world_camera =
-        toPose(buffer_
-                   .lookupTransform(options_.world_frame, waiting.camera_frame,
-                                    toRosTime(waiting.frame->stamp))
-                   .transform);
-    return std::nullopt;
-  } catch (const std::exception& e) {
-    std::ostringstream text;
-    text.precision(3);
-    text << std::fixed << "no transform from '" << waiting.camera_frame << "' to '"
-         << options_.world_frame << "' at stamp " << waiting.frame->stamp.seconds()
-         << " s: " << e.what();
-    return text.str();
-  }
-}
-
-bool PoseWaiter::isTooLate(const Waiting& waiting) const {
-  try {
-    const auto newest =
-        buffer_.lookupTransform(options_.world_frame, waiting.camera_frame, ::ros::Time(0));
-    return waiting.frame->stamp < toStamp(newest.header.stamp);
-  } catch (const tf2::TransformException&) {
-    return false;
-  }
 }
 
 }  // namespace tsg::ros_interface

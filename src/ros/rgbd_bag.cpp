@@ -1,230 +1,308 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "task_scene_graph/ros/rgbd_bag.h"
 
-#include <rosbag/view.h>
 #include <sensor_msgs/CameraInfo.h>
-#include <sensor_msgs/Image.h>
 #include <tf2/buffer_core.h>
-#include <tf2/exceptions.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <algorithm>
-#include <cmath>
 #include <deque>
+#include <limits>
+#include <map>
 #include <stdexcept>
-#include <vector>
 
+#include "task_scene_graph/ros/bag_set.h"
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/image_conversions.h"
 #include "task_scene_graph/ros/message_conversions.h"
+#include "task_scene_graph/ros/pose_source.h"
 
 namespace tsg::ros_interface {
 namespace {
 
 // A recorded segmentation may follow its image by as much as inference took.
 constexpr double kSegmentationWait_s = 10.0;
+// tf keeps everything: no recording is longer, and stamps plus this still fit ROS's 32 bits.
+constexpr double kTfMemory_s = 2e8;
 
 struct PendingFrame {
-  sensor_msgs::ImageConstPtr color;
-  sensor_msgs::ImageConstPtr depth;
+  AssembledFrame assembled;
   SegmentationPtr segmentation;
 };
 
-double computeDistance(const sensor_msgs::Image& a, const sensor_msgs::Image& b) {
-  return std::abs((a.header.stamp - b.header.stamp).toSec());
+/// Topics of bags are absolute.
+std::string toAbsolute(const std::string& topic) {
+  return topic.empty() || topic.front() == '/' ? topic : "/" + topic;
 }
 
 }  // namespace
 
 class RgbdBag::Implementation {
  public:
-  Implementation(const std::string& path, const BagOptions& options) : options_(options) {
-    try {
-      bag_.open(path, rosbag::bagmode::Read);
-    } catch (const rosbag::BagException& e) {
-      throw std::runtime_error("cannot read bag '" + path + "': " + e.what());
+  Implementation(const std::vector<std::string>& paths, const InputConfig& config,
+                 bool use_recorded_segmentation)
+      : config_(withAbsoluteTopics(config)),
+        bags_(paths),
+        tf_(::ros::Duration(kTfMemory_s)),
+        poses_(config_, tf_) {
+    topics_.color = requireImages(config_.color_topic, "color");
+    topics_.depth = requireImages(config_.depth_topic, "depth");
+    topics_.camera_info = config_.camera_info_topic;
+    if (config_.intrinsics.empty()) {
+      requireTopic(config_.camera_info_topic,
+                   "; --camera-info-topic names another, --intrinsics "
+                   "gives the numbers");
     }
-    num_color_ = requireTopic(path, options_.topics.color);
-    requireTopic(path, options_.topics.depth);
-    requireTopic(path, options_.topics.camera_info);
-    has_segmentation_ =
-        options_.use_recorded_segmentation && countMessages(options_.topics.segmentation) > 0;
+    num_color_ = bags_.count(topics_.color);
+    has_segmentation_ = use_recorded_segmentation && bags_.count(config_.segmentation_topic) > 0;
     readTransforms();
+    if (poses_.usesTopic()) readPoses();
+    startAssembler();
   }
 
   std::size_t numColorImages() const { return num_color_; }
   bool hasRecordedSegmentation() const { return has_segmentation_; }
+  std::string segmentationTopic() const { return config_.segmentation_topic; }
   const std::map<std::string, Drops>& drops() const { return drops_; }
+  const FrameAssembler::Counters& counters() const { return assembler_->counters(); }
+  const FrameAssembler::FrameIds& frameIds() const { return assembler_->frameIds(); }
+
+  std::vector<std::string> warnings() const {
+    std::vector<std::string> texts;
+    for (const auto& [key, text] : warnings_) texts.push_back(text);
+    if (const std::string note = poses_.note(); !note.empty()) texts.push_back(note);
+    return texts;
+  }
 
   void forEachFrame(const OnFrame& on_frame, const std::function<void(std::size_t)>& on_progress) {
-    drops_.clear();
+    drops_ = drops_at_start_;
     pending_.clear();
-    depths_.clear();
-    info_.reset();
-    newest_ = ros::Time();
-    std::vector<std::string> topics{options_.topics.color, options_.topics.depth,
-                                    options_.topics.camera_info};
-    if (has_segmentation_) topics.push_back(options_.topics.segmentation);
-    rosbag::View view(bag_, rosbag::TopicQuery(topics));
+    segmentations_.clear();
+    newest_ = {};
+    startAssembler();
+    std::vector<std::string> topics{topics_.color, topics_.depth, topics_.camera_info};
+    if (has_segmentation_) topics.push_back(config_.segmentation_topic);
     std::size_t num_read = 0;
-    for (const rosbag::MessageInstance& message : view) {
-      take(message);
-      release(false, on_frame);
-      if (message.getTopic() == options_.topics.color) on_progress(++num_read);
-    }
-    release(true, on_frame);
+    bool goes_on = true;
+    bags_.forEach(topics, [&](const rosbag::MessageInstance& message) {
+      read(message, [&] { take(message); });
+      if (message.getTopic() == topics_.color) on_progress(++num_read);
+      goes_on = release(false, on_frame);
+      return goes_on;
+    });
+    if (!goes_on) return;
+    assembler_->flush();
+    if (release(true, on_frame)) dropSegmentations({std::numeric_limits<std::int64_t>::max()});
   }
 
  private:
-  std::size_t countMessages(const std::string& topic) {
-    return rosbag::View(bag_, rosbag::TopicQuery(topic)).size();
+  static InputConfig withAbsoluteTopics(InputConfig config) {
+    checkInput(config);
+    for (auto* topic : {&config.color_topic, &config.depth_topic, &config.camera_info_topic,
+                        &config.segmentation_topic, &config.pose_topic}) {
+      *topic = toAbsolute(*topic);
+    }
+    return config;
   }
 
-  std::size_t requireTopic(const std::string& path, const std::string& topic) {
-    const std::size_t count = countMessages(topic);
-    if (count > 0) return count;
-    std::string present;
-    for (const auto* connection : rosbag::View(bag_).getConnections()) {
-      present += "\n  " + connection->topic + " (" + connection->datatype + ")";
+  void requireTopic(const std::string& topic, const std::string& remedy) {
+    if (bags_.count(topic) > 0) return;
+    throw std::runtime_error(bags_.name() + ": no messages on topic '" + topic + "'" + remedy +
+                             ". Topics there are:" + bags_.listTopics());
+  }
+
+  /// The topic's name, or that of its compressed form.
+  std::string requireImages(const std::string& topic, const std::string& option) {
+    std::string found = topic;
+    for (const char* ending : {"/compressedDepth", "/compressed"}) {
+      if (bags_.count(topic) == 0 && bags_.count(topic + ending) > 0) found = topic + ending;
     }
-    throw std::runtime_error("bag '" + path + "' has no messages on topic '" + topic +
-                             "'; its topics are:" + present);
+    requireTopic(found, "; --" + option + "-topic names another");
+    const std::string type = bags_.typeOf(found);
+    if (type == "sensor_msgs/Image" || type == "sensor_msgs/CompressedImage") return found;
+    throw std::runtime_error(bags_.name() + ": topic '" + found + "' has type " + type +
+                             ", expected sensor_msgs/Image or sensor_msgs/CompressedImage. Topics "
+                             "there are:" +
+                             bags_.listTopics());
   }
 
   void readTransforms() {
-    rosbag::View all(bag_);
-    const ros::Duration length = all.getEndTime() - all.getBeginTime();
-    transforms_ = std::make_unique<tf2::BufferCore>(length + ros::Duration(60.0));
-    for (const auto& message :
-         rosbag::View(bag_, rosbag::TopicQuery(std::vector<std::string>{"/tf", "/tf_static"}))) {
-      const auto transforms = message.instantiate<tf2_msgs::TFMessage>();
-      if (!transforms) continue;
-      const bool is_static = message.getTopic() == "/tf_static";
-      for (const auto& transform : transforms->transforms) {
-        transforms_->setTransform(transform, "bag", is_static);
-      }
+    bags_.forEach({"/tf", "/tf_static"}, [this](const rosbag::MessageInstance& message) {
+      read(message, [&] {
+        const auto transforms = message.instantiate<tf2_msgs::TFMessage>();
+        if (!transforms) return;
+        const bool is_static = message.getTopic() == "/tf_static";
+        for (const auto& transform : transforms->transforms) addTransform(transform, is_static);
+      });
+      return true;
+    });
+    drops_at_start_ = drops_;
+  }
+
+  void addTransform(const geometry_msgs::TransformStamped& transform, bool is_static) {
+    if (!is_static) checkStamp(transform.header.stamp, "/tf");
+    tf_.setTransform(transform, "bag", is_static);
+  }
+
+  void readPoses() {
+    requireTopic(config_.pose_topic, "; --pose-topic names another");
+    bags_.forEach({config_.pose_topic}, [this](const rosbag::MessageInstance& message) {
+      read(message, [&] { poses_.add(message); });
+      return true;
+    });
+    drops_at_start_ = drops_;
+  }
+
+  /// One bad message is counted, the others are read.
+  template <typename Action>
+  void read(const rosbag::MessageInstance& message, const Action& action) {
+    try {
+      action();
+    } catch (const InputError& e) {
+      drop(e.reason(), std::string("ignored a message: ") + e.what(), 1);
+    } catch (const std::exception& e) {
+      drop("unreadable message",
+           "a message on " + message.getTopic() + " recorded at " +
+               std::to_string(message.getTime().toSec()) + " s cannot be read: " + e.what(),
+           1);
     }
+  }
+
+  void startAssembler() {
+    FrameAssembler::Callbacks callbacks;
+    callbacks.on_frame = [this](AssembledFrame frame) { addFrame(std::move(frame)); };
+    callbacks.on_drop = [this](const std::string& reason, const std::string& text,
+                               std::uint64_t count) { drop(reason, text, count); };
+    callbacks.on_warning = [this](const std::string& key, const std::string& text) {
+      warnings_[key] = text;
+    };
+    callbacks.on_jump_back = [this] { newest_ = {}; };
+    callbacks.on_image = [](bool, const void*) {};
+    assembler_ = std::make_unique<FrameAssembler>(config_, topics_, std::move(callbacks));
+    if (!config_.intrinsics.empty()) return;
+    // The first camera_info holds for the images before it, too.
+    bags_.forEach({topics_.camera_info}, [this](const rosbag::MessageInstance& message) {
+      sensor_msgs::CameraInfoConstPtr info;
+      try {
+        info = message.instantiate<sensor_msgs::CameraInfo>();
+        if (info) checkCameraInfo(*info, topics_.camera_info);
+      } catch (const std::exception&) {
+        return true;  // counted when it is its turn
+      }
+      if (!info) return true;
+      assembler_->addCameraInfo(info);
+      return false;
+    });
   }
 
   void take(const rosbag::MessageInstance& message) {
     const std::string& topic = message.getTopic();
-    if (topic == options_.topics.color) {
-      if (auto image = message.instantiate<sensor_msgs::Image>()) addColor(image);
-    } else if (topic == options_.topics.depth) {
-      if (auto image = message.instantiate<sensor_msgs::Image>()) addDepth(image);
-    } else if (topic == options_.topics.camera_info) {
-      if (auto info = message.instantiate<sensor_msgs::CameraInfo>()) info_ = info;
-    } else if (auto segmentation = message.instantiate<msg::Segmentation>()) {
-      addSegmentation(segmentation);
-    }
-  }
-
-  void addColor(const sensor_msgs::ImageConstPtr& color) {
-    newest_ = std::max(newest_, color->header.stamp);
-    pending_.push_back({color, nullptr, nullptr});
-    for (const auto& depth : depths_) pair(pending_.back(), depth);
-  }
-
-  void addDepth(const sensor_msgs::ImageConstPtr& depth) {
-    depths_.push_back(depth);
-    if (depths_.size() > 16) depths_.pop_front();
-    for (auto& frame : pending_) pair(frame, depth);
-  }
-
-  /// The depth image nearest in time wins.
-  void pair(PendingFrame& frame, const sensor_msgs::ImageConstPtr& depth) const {
-    const double distance = computeDistance(*frame.color, *depth);
-    if (distance > options_.sync_tolerance_s) return;
-    if (!frame.depth || distance < computeDistance(*frame.color, *frame.depth)) frame.depth = depth;
-  }
-
-  void addSegmentation(const msg::SegmentationConstPtr& message) {
-    for (auto& frame : pending_) {
-      if (frame.color->header.stamp != message->header.stamp) continue;
-      try {
-        frame.segmentation = fromMessage(message, options_.topics.segmentation);
-      } catch (const std::exception& e) {
-        drop("segmentation", e.what());
+    if (topic == topics_.color) {
+      if (const auto image = toSource(message)) assembler_->addColor(*image);
+    } else if (topic == topics_.depth) {
+      if (const auto image = toSource(message)) assembler_->addDepth(*image);
+    } else if (topic == topics_.camera_info) {
+      if (auto info = message.instantiate<sensor_msgs::CameraInfo>()) {
+        assembler_->addCameraInfo(info);
       }
-      return;
+    } else if (auto segmentation = message.instantiate<msg::Segmentation>()) {
+      segmentations_[toStamp(segmentation->header.stamp).ns] =
+          fromMessage(segmentation, config_.segmentation_topic);
     }
-    drop("segmentation",
-         "no colour image has its stamp " + std::to_string(message->header.stamp.toSec()) + " s");
   }
 
-  /// Hands out the frames at the front for which nothing more can come.
-  void release(bool is_end, const OnFrame& on_frame) {
-    while (!pending_.empty() && (is_end || isComplete(pending_.front()))) {
-      const PendingFrame frame = pending_.front();
+  static std::optional<SourceImage> toSource(const rosbag::MessageInstance& message) {
+    if (auto raw = message.instantiate<sensor_msgs::Image>()) return SourceImage(raw);
+    if (auto compressed = message.instantiate<sensor_msgs::CompressedImage>()) {
+      return SourceImage(compressed);
+    }
+    return std::nullopt;
+  }
+
+  void addFrame(AssembledFrame frame) {
+    newest_ = std::max(newest_, frame.frame->stamp, [](Stamp a, Stamp b) { return a < b; });
+    pending_.push_back({std::move(frame), nullptr});
+  }
+
+  /// Hands out the frames at the front for which nothing more can come. False: stop.
+  bool release(bool is_end, const OnFrame& on_frame) {
+    while (!pending_.empty()) {
+      const Stamp stamp = pending_.front().assembled.frame->stamp;
+      const auto segmentation = segmentations_.find(stamp.ns);
+      const bool is_there = segmentation != segmentations_.end();
+      const bool is_late = secondsBetween(stamp, newest_) > kSegmentationWait_s;
+      if (has_segmentation_ && !is_there && !is_late && !is_end) return true;
+      PendingFrame frame = pending_.front();
       pending_.pop_front();
-      emit(frame, on_frame);
+      if (is_there) {
+        frame.segmentation = segmentation->second;
+        segmentations_.erase(segmentation);
+      }
+      dropSegmentations(stamp);
+      if (!emit(frame, on_frame)) return false;
     }
+    return true;
   }
 
-  bool isComplete(const PendingFrame& frame) const {
-    const double age_s = (newest_ - frame.color->header.stamp).toSec();
-    const bool has_depth = frame.depth && frame.depth->header.stamp == frame.color->header.stamp;
-    if (!has_depth && age_s < 0.5 + options_.sync_tolerance_s) return false;
-    if (!info_ && age_s < kSegmentationWait_s) return false;
-    return !has_segmentation_ || frame.segmentation || age_s > kSegmentationWait_s;
-  }
-
-  void emit(const PendingFrame& pending, const OnFrame& on_frame) {
-    RgbdFramePtr frame;
+  bool emit(const PendingFrame& pending, const OnFrame& on_frame) {
+    RgbdFrame& frame = *pending.assembled.frame;
+    const auto answer = poses_.lookUp(pending.assembled.camera_frame, frame.stamp);
+    if (!answer.T_world_camera) {
+      drop(poses_.reason(), "dropped a frame: " + answer.why_not, 1);
+      return true;
+    }
+    frame.T_world_camera = *answer.T_world_camera;
     try {
-      frame = makeFrame(pending);
+      frame.validate();
     } catch (const std::exception& e) {
-      drop("bad input", e.what());
+      drop("unusable images", std::string("dropped a frame: ") + e.what(), 1);
+      return true;
     }
-    if (frame) on_frame(frame, pending.segmentation);
+    return on_frame(pending.assembled.frame, pending.segmentation);
   }
 
-  RgbdFramePtr makeFrame(const PendingFrame& pending) {
-    const std::string at =
-        " for the colour image at " + std::to_string(pending.color->header.stamp.toSec()) + " s";
-    if (!pending.depth) return drop("no depth", "no depth image on " + options_.topics.depth + at);
-    if (!info_) return drop("no camera info", "nothing on " + options_.topics.camera_info + at);
-    auto frame = std::make_shared<RgbdFrame>();
-    frame->stamp = toStamp(pending.color->header.stamp);
-    frame->camera = toCameraModel(*info_, options_.topics.camera_info);
-    frame->color = toColorImage(pending.color, options_.topics.color);
-    frame->depth = toDepthImage(pending.depth, options_.topics.depth);
-    try {
-      frame->T_world_camera =
-          toPose(transforms_
-                     ->lookupTransform(options_.world_frame, pending.color->header.frame_id,
-                                       pending.color->header.stamp)
-                     .transform);
-    } catch (const tf2::TransformException& e) {
-      return drop("no pose", e.what() + at);
+  /// Those before `end` have no frame, and none will come.
+  void dropSegmentations(Stamp end) {
+    while (!segmentations_.empty() && segmentations_.begin()->first < end.ns) {
+      const Stamp stamp{segmentations_.begin()->first};
+      drop("segmentation without a frame",
+           "no frame has the stamp of a segmentation on " + config_.segmentation_topic + ", " +
+               std::to_string(stamp.seconds()) + " s",
+           1);
+      segmentations_.erase(segmentations_.begin());
     }
-    frame->validate();
-    return frame;
   }
 
-  RgbdFramePtr drop(const std::string& reason, const std::string& example) {
+  void drop(const std::string& reason, const std::string& example, std::uint64_t count) {
+    if (count == 0) return;
     auto& drops = drops_[reason];
-    if (drops.count++ == 0) drops.example = example;
-    return nullptr;
+    if (drops.example.empty()) drops.example = example;
+    drops.count += count;
   }
 
-  BagOptions options_;
-  rosbag::Bag bag_;
+  const InputConfig config_;
+  BagSet bags_;
+  tf2::BufferCore tf_;
+  PoseSource poses_;
+  InputTopics topics_;
   std::size_t num_color_ = 0;
   bool has_segmentation_ = false;
-  std::unique_ptr<tf2::BufferCore> transforms_;
+  std::unique_ptr<FrameAssembler> assembler_;
   std::deque<PendingFrame> pending_;
-  std::deque<sensor_msgs::ImageConstPtr> depths_;
-  sensor_msgs::CameraInfoConstPtr info_;
-  ros::Time newest_;  ///< of all colour images read
+  std::map<std::int64_t, SegmentationPtr> segmentations_;  ///< by stamp, ns
+  Stamp newest_;                                           ///< of all frames assembled
   std::map<std::string, Drops> drops_;
+  std::map<std::string, Drops> drops_at_start_;  ///< of tf and poses
+  std::map<std::string, std::string> warnings_;
 };
 
-RgbdBag::RgbdBag(const std::string& path, const BagOptions& options)
-    : implementation_(std::make_unique<Implementation>(path, options)) {}
+RgbdBag::RgbdBag(const std::vector<std::string>& paths, const InputConfig& config,
+                 bool use_recorded_segmentation)
+    : implementation_(std::make_unique<Implementation>(paths, config, use_recorded_segmentation)) {}
 RgbdBag::~RgbdBag() = default;
 std::size_t RgbdBag::numColorImages() const { return implementation_->numColorImages(); }
 bool RgbdBag::hasRecordedSegmentation() const { return implementation_->hasRecordedSegmentation(); }
+std::string RgbdBag::segmentationTopic() const { return implementation_->segmentationTopic(); }
 void RgbdBag::forEachFrame(const OnFrame& on_frame,
                            const std::function<void(std::size_t)>& on_progress) {
   implementation_->forEachFrame(on_frame, on_progress);
@@ -232,5 +310,8 @@ void RgbdBag::forEachFrame(const OnFrame& on_frame,
 const std::map<std::string, RgbdBag::Drops>& RgbdBag::drops() const {
   return implementation_->drops();
 }
+std::vector<std::string> RgbdBag::warnings() const { return implementation_->warnings(); }
+const FrameAssembler::Counters& RgbdBag::counters() const { return implementation_->counters(); }
+const FrameAssembler::FrameIds& RgbdBag::frameIds() const { return implementation_->frameIds(); }
 
 }  // namespace tsg::ros_interface

@@ -9,6 +9,7 @@
 
 #include "task_scene_graph/core/camera.h"
 #include "task_scene_graph/core/embedding.h"
+#include "task_scene_graph/core/image_warp.h"
 #include "task_scene_graph/core/stamp.h"
 
 namespace tsg {
@@ -52,6 +53,11 @@ struct RgbdFrame {
   Pose T_world_camera = Pose::Identity();
   ColorImage color;
   DepthImage depth;
+  /// How `color` was made of the image that the camera published (rectified, brought to the depth
+  /// image's size); null where it is that image.
+  ImageWarpPtr color_warp;
+  /// The image as published, for a segmenter to look at; may be empty, always is without a warp.
+  ColorImage published_color;
 
   /// @throws std::invalid_argument naming what is wrong (sizes, types, intrinsics, a pose that is
   /// not finite or not a rotation), the value and what was expected.
@@ -77,5 +83,10 @@ struct Segmentation {
 };
 
 using SegmentationPtr = std::shared_ptr<const Segmentation>;
+
+/// Segmentations are made of images as published: the same segments with their labels in the pixels
+/// of `frame.color` (nearest neighbour). Returns `segmentation` itself where the frame has no warp.
+/// @throws std::invalid_argument if the labels have not the size of the published image.
+SegmentationPtr alignToFrame(const RgbdFrame& frame, const SegmentationPtr& segmentation);
 
 }  // namespace tsg

@@ -8,7 +8,6 @@
 #include <string>
 #include <utility>
 
-#include "task_scene_graph/core/camera.h"
 #include "task_scene_graph/core/frame.h"
 
 namespace tsg::ros_interface {
@@ -32,10 +31,6 @@ ColorImage toColorImage(const sensor_msgs::ImageConstPtr& message, const std::st
 /// 16UC1 and mono16 (millimetres) and 32FC1 (metres); always borrows the message's pixels.
 /// @throws InputError for any other encoding or a broken layout.
 DepthImage toDepthImage(const sensor_msgs::ImageConstPtr& message, const std::string& topic);
-
-/// Intrinsics of the rectified image: those of P, or of K where P is all zeros.
-/// @throws InputError naming the topic and the value that is not finite or not positive.
-CameraModel toCameraModel(const sensor_msgs::CameraInfo& info, const std::string& topic);
 
 /// True if the camera reports a lens distortion, that is, expects its images to be rectified first.
 bool hasDistortion(const sensor_msgs::CameraInfo& info);

@@ -1,50 +1,44 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <rosbag/bag.h>
-
 #include <cstddef>
 #include <functional>
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "task_scene_graph/core/frame.h"
+#include "task_scene_graph/ros/frame_assembler.h"
+#include "task_scene_graph/ros/input_config.h"
 
 namespace tsg::ros_interface {
 
-struct BagTopics {
-  std::string color = "/camera/color/image_raw";
-  std::string camera_info = "/camera/color/camera_info";
-  std::string depth = "/camera/aligned_depth_to_color/image_raw";
-  std::string segmentation = "/segmentation";
-};
-
-struct BagOptions {
-  BagTopics topics;
-  std::string world_frame = "world";
-  bool use_recorded_segmentation = true;  ///< where the bag has some
-  double sync_tolerance_s = 0.02;         ///< between colour and depth
-};
-
-/// RGB-D frames with poses out of a rosbag, in order of their stamps and without a clock. Depth is
-/// the nearest in time to the colour image; the pose is tf's at the colour image's stamp,
-/// interpolated.
+/// RGB-D frames with poses out of one or more rosbags (the parts of a split recording, say), in
+/// order of their stamps and without a clock. What belongs together, what is dropped and by which
+/// words is FrameAssembler's to say, as it is live. Poses are tf's, the pose topic's or the
+/// trajectory's at the colour image's stamp, interpolated. Raw topics that the bags lack are looked
+/// for in their compressed form.
 class RgbdBag {
  public:
-  using OnFrame = std::function<void(const RgbdFramePtr&, const SegmentationPtr& recorded)>;
+  /// `recorded` is null where the bags have no segmentation of the frame; it is of the image as
+  /// published (alignToFrame). Returns false to stop reading.
+  using OnFrame = std::function<bool(const RgbdFramePtr&, const SegmentationPtr& recorded)>;
 
-  /// Reads the whole of tf. @throws std::runtime_error naming the file, or the topic without
-  /// messages and those that the bag has.
-  RgbdBag(const std::string& path, const BagOptions& options);
+  /// Reads the whole of tf and of the pose topic. @throws std::runtime_error naming the file and
+  /// what is wrong with it, or the topic without messages and those that the bags have; InputError,
+  /// config::ConfigError.
+  RgbdBag(const std::vector<std::string>& paths, const InputConfig& config,
+          bool use_recorded_segmentation);
   ~RgbdBag();
 
   std::size_t numColorImages() const;
   bool hasRecordedSegmentation() const;
+  /// Topic of the recorded segmentations.
+  std::string segmentationTopic() const;
 
-  /// Calls `on_frame` for every usable frame; `recorded` is null where the bag has no segmentation
-  /// of it. `on_progress` gets the number of colour images read so far. Frames that cannot be used
-  /// are counted in drops().
+  /// Calls `on_frame` for every usable frame. `on_progress` gets the number of colour images read
+  /// so far. Frames that cannot be used are counted in drops().
   void forEachFrame(const OnFrame& on_frame, const std::function<void(std::size_t)>& on_progress);
 
   struct Drops {
@@ -53,6 +47,10 @@ class RgbdBag {
   };
   /// By reason, of the last forEachFrame.
   const std::map<std::string, Drops>& drops() const;
+  /// What the user should know besides, one text each.
+  std::vector<std::string> warnings() const;
+  const FrameAssembler::Counters& counters() const;
+  const FrameAssembler::FrameIds& frameIds() const;
 
  private:
   class Implementation;

@@ -17,8 +17,14 @@ class TopicWatch {
  public:
   TopicWatch(StageReport& report, double patience_s);
 
-  /// `name_in_code`: the name to remap. Returns the topic's number for `noteMessage`.
-  std::size_t add(const ::ros::Subscriber& subscriber, const std::string& name_in_code);
+  /// `name_in_code`: the name to remap; `type`: what is expected there, for the message. Returns
+  /// the topic's number for `noteMessage`.
+  std::size_t add(const ::ros::Subscriber& subscriber, const std::string& name_in_code,
+                  const std::string& type = "");
+  /// The number that the next `add` will return.
+  std::size_t nextNumber() const { return topics_.size(); }
+  /// The topic is read under another name from now on.
+  void replace(std::size_t topic, const ::ros::Subscriber& subscriber);
   void noteMessage(std::size_t topic) { topics_[topic].num_messages++; }
   std::uint64_t numMessages(std::size_t topic) const { return topics_[topic].num_messages; }
 
@@ -29,6 +35,7 @@ class TopicWatch {
   struct Topic {
     ::ros::Subscriber subscriber;
     std::string name_in_code;
+    std::string type;
     std::uint64_t num_messages = 0;
   };
   std::string describeSilence(const Topic& topic) const;

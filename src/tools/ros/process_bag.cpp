@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Runs the whole chain over a rosbag, without a clock: every frame, in order, the same result each
 // time.
+#include <ros/package.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -10,8 +11,11 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "../../nodelets/chain_config.h"
 #include "../command_line.h"
+#include "input_options.h"
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/core/files.h"
 #include "task_scene_graph/pipeline/map_files.h"
@@ -27,7 +31,8 @@ using namespace tsg;
 namespace {
 
 struct Arguments {
-  std::string bag;
+  std::vector<std::string> bags;
+  std::string preset;
   std::string object_tasks;
   std::string place_tasks;
   std::string models;
@@ -35,40 +40,36 @@ struct Arguments {
   std::string output;
   std::size_t max_frames = 0;
   bool ignore_recorded_segmentation = false;
-  ros_interface::BagOptions bag_options;
+  tools::InputOptions input;
 };
 
 std::optional<Arguments> parseArguments(int argc, char** argv) {
   Arguments arguments;
-  auto& topics = arguments.bag_options.topics;
   options::options_description description(
       "Builds the scene graph of a recorded walk.\n"
-      "usage: process_bag --bag B --object-tasks T --output DIR [options]\n"
+      "usage: process_bag --bag B [B2 ...] --object-tasks T --output DIR [options]\n"
       "DIR gets scene_graph.json, summary.json, mesh.ply and timing.json, and map.bt and map.ot\n"
       "where mesh_fusion/occupancy/enabled is set.\noptions");
-  const auto text = [](std::string& value) {
-    return options::value(&value)->default_value(value, value);
-  };
-  description.add_options()("help,h", "print this")("bag",
-                                                    options::value(&arguments.bag)->required(),
-                                                    "rosbag with colour, depth, camera info, tf")(
+  description.add_options()("help,h", "print this")(
+      "bag", options::value(&arguments.bags)->required()->multitoken(),
+      "rosbags with colour, depth, camera info, tf; several are read as one")(
       "object-tasks", options::value(&arguments.object_tasks)->required(), "task file (YAML)")(
       "place-tasks", options::value(&arguments.place_tasks),
       "task file; default: the object tasks")(
       "models", options::value(&arguments.models),
       "model set (YAML); needed unless the bag holds recorded segmentations")(
       "config", options::value(&arguments.config), "parameters, laid out as config/default.yaml")(
-      "output", options::value(&arguments.output)->required(), "folder, made if absent")(
+      "preset", options::value(&arguments.preset),
+      "what is known of a published dataset: clio_dataset; or a file laid out as --config, which "
+      "comes before it")("output", options::value(&arguments.output)->required(),
+                         "folder, made if absent")(
       "max-frames", options::value(&arguments.max_frames), "stop after so many frames; 0 = all")(
       "ignore-recorded-segmentation", options::bool_switch(&arguments.ignore_recorded_segmentation),
-      "use the models although the bag holds recorded segmentations")(
-      "world-frame", text(arguments.bag_options.world_frame), "fixed frame of tf")(
-      "color-topic", text(topics.color), "8-bit colour images")(
-      "depth-topic", text(topics.depth), "registered depth: 16UC1 mm or 32FC1 m")(
-      "camera-info-topic", text(topics.camera_info), "intrinsics")(
-      "segmentation-topic", text(topics.segmentation), "recorded segmentations");
+      "use the models although the bag holds recorded segmentations");
+  options::options_description input("input: these win over section `input` of --config");
+  arguments.input.addTo(input);
+  description.add(input);
   if (!tools::parseOptions(argc, argv, description)) return std::nullopt;
-  arguments.bag_options.use_recorded_segmentation = !arguments.ignore_recorded_segmentation;
   return arguments;
 }
 
@@ -97,13 +98,39 @@ class ProgressBar {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-pipeline::PipelineConfig loadConfig(const Arguments& arguments,
-                                    const std::optional<segmentation::ModelSet>& models) {
-  pipeline::PipelineConfig defaults;
-  if (models) defaults.scene_graph.object_alpha = models->alpha;
-  if (arguments.config.empty()) return defaults;
-  return config::load<pipeline::PipelineConfig>(
-      config::loadYamlFile(arguments.config), "configuration '" + arguments.config + "'", defaults);
+/// A preset's file: a path, or a name in config/presets of the package.
+std::string findPreset(const std::string& name) {
+  if (fs::exists(name)) return name;
+  const std::string file = name + ".yaml";
+  const std::string package = ros::package::getPath("task_scene_graph");
+  const fs::path path = fs::path(package) / "config" / "presets" / file;
+  if (!package.empty() && fs::exists(path)) return path.string();
+  throw std::runtime_error("--preset '" + name + "': neither a file nor one of config/presets (" +
+                           path.string() + ")");
+}
+
+/// Defaults, the model set's alpha, the preset, the configuration file, the command line: what
+/// comes later wins.
+nodelets::ChainConfig loadConfig(const Arguments& arguments,
+                                 const std::optional<segmentation::ModelSet>& models) {
+  nodelets::ChainConfig config;
+  if (models) config.scene_graph.scene_graph.object_alpha = models->alpha;
+  std::vector<std::string> files;
+  if (!arguments.preset.empty()) files.push_back(findPreset(arguments.preset));
+  if (!arguments.config.empty()) files.push_back(arguments.config);
+  for (const auto& file : files) {
+    const YAML::Node yaml = config::loadYamlFile(file);
+    const std::string where = "configuration '" + file + "'";
+    config = config::load(yaml, where, config);
+    // Live, a stage may have an input of its own; here mesh fusion's, which takes every frame,
+    // holds.
+    for (const char* stage : {"tracker", "mesh_fusion"}) {
+      if (!yaml[stage] || !yaml[stage]["input"]) continue;
+      config.input = config::load(yaml[stage]["input"], where, config.input);
+    }
+  }
+  config.input = arguments.input.applyTo(config.input);
+  return config;
 }
 
 void writeTiming(const fs::path& path, const pipeline::Pipeline& pipeline,
@@ -122,21 +149,46 @@ void writeTiming(const fs::path& path, const pipeline::Pipeline& pipeline,
   writeFileAtomically(path, [&](std::ostream& out) { out << json.dump(2) << "\n"; });
 }
 
+std::unique_ptr<segmentation::Segmenter> makeSegmenter(
+    const ros_interface::RgbdBag& bag, const std::optional<segmentation::ModelSet>& models,
+    const segmentation::SegmenterConfig& config) {
+  if (bag.hasRecordedSegmentation()) return nullptr;
+  if (!models) {
+    throw std::runtime_error("no recorded segmentation on '" + bag.segmentationTopic() +
+                             "': give --models MODELS.yaml (see the README on where models come "
+                             "from), or --segmentation-topic");
+  }
+  return std::make_unique<segmentation::Segmenter>(*models, config);
+}
+
+std::size_t processFrames(ros_interface::RgbdBag& bag, pipeline::Pipeline& pipeline,
+                          std::size_t max_frames) {
+  const ProgressBar progress(bag.numColorImages());
+  std::size_t num_frames = 0;
+  bag.forEachFrame(
+      [&](const RgbdFramePtr& frame, const SegmentationPtr& recorded) {
+        pipeline.process(frame, recorded);
+        return ++num_frames != max_frames;
+      },
+      [&](std::size_t num_read) { progress.show(num_read); });
+  return num_frames;
+}
+
+std::string describeDrops(const ros_interface::RgbdBag& bag) {
+  std::string text;
+  for (const auto& [reason, drops] : bag.drops()) {
+    text += "\n  " + reason + ", " + std::to_string(drops.count) + ": " + drops.example;
+  }
+  return text;
+}
+
 void run(const Arguments& arguments) {
   std::optional<segmentation::ModelSet> models;
   if (!arguments.models.empty()) models = segmentation::loadModelSet(arguments.models);
-  const pipeline::PipelineConfig config = loadConfig(arguments, models);
-  ros_interface::RgbdBag bag(arguments.bag, arguments.bag_options);
-  std::unique_ptr<segmentation::Segmenter> segmenter;
-  if (!bag.hasRecordedSegmentation()) {
-    if (!models) {
-      throw std::runtime_error(
-          "bag '" + arguments.bag + "' holds no recorded segmentation on '" +
-          arguments.bag_options.topics.segmentation +
-          "': give --models MODELS.yaml (see the README on where models come from)");
-    }
-    segmenter = std::make_unique<segmentation::Segmenter>(*models, config.segmenter);
-  }
+  const nodelets::ChainConfig chain = loadConfig(arguments, models);
+  const pipeline::PipelineConfig config = chain.toPipeline();
+  ros_interface::RgbdBag bag(arguments.bags, chain.input, !arguments.ignore_recorded_segmentation);
+  auto segmenter = makeSegmenter(bag, models, config.segmenter);
   const auto object_tasks = ros_interface::loadTaskList(arguments.object_tasks, arguments.models);
   const auto place_tasks =
       arguments.place_tasks.empty()
@@ -144,21 +196,11 @@ void run(const Arguments& arguments) {
           : ros_interface::loadTaskList(arguments.place_tasks, arguments.models);
   pipeline::Pipeline pipeline(config, object_tasks, place_tasks, std::move(segmenter));
 
-  const ProgressBar progress(bag.numColorImages());
-  std::size_t num_frames = 0;
-  bag.forEachFrame(
-      [&](const RgbdFramePtr& frame, const SegmentationPtr& recorded) {
-        if (arguments.max_frames != 0 && num_frames >= arguments.max_frames) return;
-        ++num_frames;
-        pipeline.process(frame, recorded);
-      },
-      [&](std::size_t num_read) { progress.show(num_read); });
+  const std::size_t num_frames = processFrames(bag, pipeline, arguments.max_frames);
+  for (const auto& warning : bag.warnings()) std::cerr << "warning: " << warning << "\n";
   if (num_frames == 0) {
-    std::string reasons;
-    for (const auto& [reason, drops] : bag.drops()) {
-      reasons += "\n  " + reason + ", " + std::to_string(drops.count) + " frames: " + drops.example;
-    }
-    throw std::runtime_error("no frame of bag '" + arguments.bag + "' could be used:" + reasons);
+    throw std::runtime_error("no map was written: none of " + std::to_string(bag.numColorImages()) +
+                             " colour images could be used:" + describeDrops(bag));
   }
 
   const scene_graph::SceneGraphPtr graph = pipeline.finish();

@@ -102,24 +102,6 @@ TEST(DepthConversion, WrongEncodingIsNamedWithTheTopic) {
       << error;
 }
 
-TEST(CameraConversion, ProjectionOfTheRectifiedImageComesFirst) {
-  sensor_msgs::CameraInfo info = makeInfo();
-  EXPECT_EQ(toCameraModel(info, "/info"), (CameraModel{6, 4, 5.0, 6.0, 2.5, 1.5}));
-  info.P = {7.0, 0.0, 3.0, 0.0, 0.0, 8.0, 2.0, 0.0, 0.0, 0.0, 1.0, 0.0};
-  EXPECT_EQ(toCameraModel(info, "/info"), (CameraModel{6, 4, 7.0, 8.0, 3.0, 2.0}));
-}
-
-TEST(CameraConversion, IntrinsicsThatAreNotFiniteAreNamed) {
-  sensor_msgs::CameraInfo info = makeInfo();
-  info.K[4] = std::numeric_limits<double>::quiet_NaN();
-  const std::string nan = messageOf([&] { toCameraModel(info, "/my/info"); });
-  EXPECT_NE(nan.find("/my/info has K[4] = nan"), std::string::npos) << nan;
-  info = makeInfo();
-  info.K[0] = 0.0;
-  const std::string zero = messageOf([&] { toCameraModel(info, "/my/info"); });
-  EXPECT_NE(zero.find("/my/info"), std::string::npos) << zero;
-}
-
 TEST(CameraConversion, DistortionIsSeen) {
   sensor_msgs::CameraInfo info = makeInfo();
   EXPECT_FALSE(hasDistortion(info));

@@ -131,6 +131,7 @@ class PoseWaiterTest : public ::testing::Test {
     transform.transform.translation.x = x;
     transform.transform.rotation.w = 1.0;
     buffer_.setTransform(transform, "test", is_static);
+    if (waiter_ != nullptr) waiter_->notifyNews();
   }
   std::shared_ptr<RgbdFrame> makeFrame(double seconds_) {
     auto frame = std::make_shared<RgbdFrame>();
@@ -138,8 +139,8 @@ class PoseWaiterTest : public ::testing::Test {
     return frame;
   }
   std::unique_ptr<PoseWaiter> makeWaiter(std::size_t capacity = 10) {
-    return std::make_unique<PoseWaiter>(
-        buffer_, PoseWaiter::Options{"world", capacity, 1.0}, [this] { return now_s_.load(); },
+    auto waiter = std::make_unique<PoseWaiter>(
+        poses_, PoseWaiter::Options{capacity, 1.0}, [this] { return now_s_.load(); },
         [this](RgbdFramePtr frame) {
           const std::lock_guard<std::mutex> lock(mutex_);
           frames_.push_back(frame);
@@ -150,6 +151,8 @@ class PoseWaiterTest : public ::testing::Test {
           drops_.emplace_back(reason, text);
           changed_.notify_all();
         });
+    waiter_ = waiter.get();
+    return waiter;
   }
   bool waitFor(std::size_t num_frames, std::size_t num_drops) {
     std::unique_lock<std::mutex> lock(mutex_);
@@ -159,6 +162,8 @@ class PoseWaiterTest : public ::testing::Test {
   }
 
   tf2::BufferCore buffer_;
+  PoseSource poses_{InputConfig(), buffer_};
+  PoseWaiter* waiter_ = nullptr;
   std::atomic<double> now_s_{0.0};
   std::mutex mutex_;
   std::condition_variable changed_;
@@ -192,7 +197,7 @@ TEST_F(PoseWaiterTest, MissingTransformIsNamedAfterTheTimeout) {
   waiter->push(makeFrame(10.5), "camera");
   now_s_ = 2.0;
   ASSERT_TRUE(waitFor(0, 1));
-  EXPECT_EQ(drops_[0].first, PoseWaiter::Reason::kNoTransform);
+  EXPECT_EQ(drops_[0].first, PoseWaiter::Reason::kNoPose);
   EXPECT_NE(drops_[0].second.find("from 'camera' to 'world' at stamp 10.500 s"), std::string::npos)
       << drops_[0].second;
 }

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace tsg::ros_interface {
+
+/// Bags that are read as one, in order of recording time.
+class BagSet {
+ public:
+  /// @throws std::runtime_error naming the file, what is wrong with it (a folder, a ROS 2 bag, not
+  /// closed, cut short, empty) and what to do.
+  explicit BagSet(const std::vector<std::string>& paths);
+
+  using OnMessage = std::function<bool(const rosbag::MessageInstance&)>;
+  /// Calls `on_message` for each message of the topics until it returns false.
+  void forEach(const std::vector<std::string>& topics, const OnMessage& on_message);
+  std::size_t count(const std::string& topic);
+  /// Type of a topic's messages; "" if there is none.
+  std::string typeOf(const std::string& topic);
+  /// One line for each topic, with its type.
+  std::string listTopics();
+  /// The files' names for messages: "bag 'a.bag'" or "bags 'a.bag', 'b.bag'".
+  const std::string& name() const { return name_; }
+
+ private:
+  void addTo(rosbag::View& view, const std::vector<std::string>& topics);
+
+  std::vector<std::unique_ptr<rosbag::Bag>> bags_;
+  std::string name_;
+};
+
+}  // namespace tsg::ros_interface
