@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Nothing is used that the oldest supported system, Ubuntu 20.04, lacks: Python 3.8, CMake 3.16 and the
 libraries of its time. What a compiler of that time tells is scripts/check_older_system's part."""
+import ast
 import itertools
 import os
 import pathlib
@@ -52,10 +53,20 @@ def find_newer(kind, text):
             for entry in NEWER_NAMES[kind] for match in re.finditer(entry["pattern"], text)]
 
 
+def find_joined_types(text):
+    """Lines of a Python program whose annotations join types with |, as only 3.10 and later do. (vermin takes
+    other uses of | for these.)"""
+    for node in ast.walk(ast.parse(text)):
+        for annotation in (getattr(node, "annotation", None), getattr(node, "returns", None)):
+            parts = ast.walk(annotation) if annotation is not None else ()
+            yield from (part.lineno for part in parts
+                        if isinstance(part, ast.BinOp) and isinstance(part.op, ast.BitOr))
+
+
 def run_vermin(paths):
     """(whether no file needs a Python newer than 3.8, output) of vermin."""
     command = [sys.executable, "-c", "from vermin import main; main()", "--target=3.8-", "--violations",
-               "--eval-annotations", "--feature", "union-types", "--no-tips", *map(str, paths)]
+               "--eval-annotations", "--no-tips", *map(str, paths)]
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=300,
                           universal_newlines=True, env={**os.environ, "PYTHONPATH": VERMIN})
     # What this Python itself cannot parse is told, but not by the exit status.
@@ -67,23 +78,32 @@ def run_vermin(paths):
                      "vermin is not here (scripts/install_test_tools gets it)")
 class PythonLevel(unittest.TestCase):
     def setUp(self):
+        self.programs = {str(path.relative_to(SOURCE)): path.read_text()
+                         for path in [*find_files(".py", ".cfg"), *find_scripts(b"python")]}
+        self.programs.update(find_inline_python())
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)
 
+    def test_every_kind_of_script_is_looked_at(self):
+        self.assertLessEqual({"scripts/count_tests", "cfg/SceneGraph.cfg", "install_engine_0.py",
+                              "test/support/run_unittest", "scripts/datasets/bag.py"}, set(self.programs))
+
     def test_scripts_need_no_python_newer_than_3_8(self):
-        paths = [*find_files(".py", ".cfg"), *find_scripts(b"python")]
-        for name, program in find_inline_python():
-            paths.append(self.folder / name)
-            paths[-1].write_text(program)
-        names = {path.name for path in paths}
-        self.assertLessEqual({"count_tests", "SceneGraph.cfg", "install_engine_0.py", "run_unittest"}, names)
-        is_old, output = run_vermin(paths)
+        for name, text in self.programs.items():
+            (self.folder / name.replace("/", "_")).write_text(text)
+        is_old, output = run_vermin(sorted(self.folder.iterdir()))
         self.assertTrue(is_old, output)
+
+    def test_annotations_join_no_types_with_a_bar(self):
+        found = {name: lines for name, lines in
+                 ((name, list(find_joined_types(text))) for name, text in self.programs.items()) if lines}
+        self.assertEqual(found, {})
+        self.assertEqual(list(find_joined_types("x: int | None = a | b\ndef f(c: str | int) -> d: pass\n")), [1, 2])
 
     def test_newer_syntax_types_and_methods_are_found(self):
         for program in ("match x:\n  case 1: pass\n", "def f(a: list[int]): pass\n", "a = b'x'.removeprefix(b'y')\n",
-                        "def f(a: int | None): pass\n", "import tomllib\n", "from functools import cache\n",
+                        "import tomllib\n", "from functools import cache\n",
                         "with (open(a) as b, open(c) as d): pass\n"):
             path = self.folder / "program.py"
             path.write_text(program)

@@ -119,7 +119,8 @@ class Checker {
       : path_(std::move(path)), violations_(violations) {}
 
   template <typename T>
-  void field(const char* name, const T& value, Range range, const char* unit, const char*) {
+  void field([[maybe_unused]] const char* name, const T& value, [[maybe_unused]] Range range,
+             [[maybe_unused]] const char* unit, const char*) {
     if constexpr (std::is_same_v<T, int> || std::is_same_v<T, double>) {
       check(name, static_cast<double>(value), range, unit);
     } else if constexpr (std::is_same_v<T, std::vector<double>>) {
