@@ -155,10 +155,12 @@ void MeshFusionNodelet::startTopics() {
         *background_->occupancy(), background_mutex_);
   }
   save_server_ = serviceHandle().advertiseService("save_mesh", &MeshFusionNodelet::saveMesh, this);
+  const auto& tsdf = config_.background_fusion.background.tsdf;
   input_ = std::make_unique<ros_interface::RgbdInput>(
       handle, config_.input, report(),
       ros_interface::RgbdInput::Callbacks{[this](const RgbdFramePtr& frame) { onFrame(frame); },
-                                          [this] { onJumpBack(); }});
+                                          [this] { onJumpBack(); }},
+      plausibility::PlausibilityConfig{tsdf.min_range_m, tsdf.max_range_m});
   segmentation_subscriber_ = handle.subscribe(config_.input.segmentation_topic, 100,
                                               &MeshFusionNodelet::onSegmentation, this);
   tracks_subscriber_ = handle.subscribe("tracks", 1000, &MeshFusionNodelet::onTracks, this);

@@ -56,6 +56,16 @@ void StageReport::set(const std::string& key, const std::string& value) {
   lines_[key] = value;
 }
 
+void StageReport::setFindings(std::map<std::string, std::string> findings) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (const auto& [key, text] : findings) {
+    if (logged_findings_.insert(key).second) {
+      ROS_WARN_STREAM("[" << name_ << "] plausibility: " << text);
+    }
+  }
+  findings_ = std::move(findings);
+}
+
 std::uint64_t StageReport::inputs() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return inputs_;
@@ -74,7 +84,9 @@ std::uint64_t StageReport::dropped(const std::string& reason) const {
 
 void StageReport::fill(diagnostic_updater::DiagnosticStatusWrapper& status) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (newest_problem_.empty()) {
+  if (newest_problem_.empty() && !findings_.empty()) {
+    status.summary(diagnostic_msgs::DiagnosticStatus::WARN, findings_.begin()->second);
+  } else if (newest_problem_.empty()) {
     status.summary(diagnostic_msgs::DiagnosticStatus::OK,
                    inputs_ == 0 ? "no input yet" : "running");
   } else {
@@ -88,6 +100,7 @@ void StageReport::fill(diagnostic_updater::DiagnosticStatusWrapper& status) {
   status.add("images copied", images_copied_);
   status.addf("pixels of the last image", "%p", last_pixels_);
   fillDurations(status);
+  for (const auto& [key, text] : findings_) status.add("plausibility: " + key, text);
   for (const auto& [key, value] : lines_) status.add(key, value);
 }
 

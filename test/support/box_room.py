@@ -225,12 +225,12 @@ class Recording:
             bag.write(self.pose_topic, message, recorded)
 
 
-def trajectory_lines(recording=None):
+def trajectory_lines(inverted=False):
     """The walk in TUM's format."""
-    recording = recording or Recording()
+    recording = Recording()
     lines = ["# stamp tx ty tz qx qy qz qw"]
     for index in range(recording.num_frames):
-        T = pose_at(index)
+        T = np.linalg.inv(pose_at(index)) if inverted else pose_at(index)
         numbers = [*T[:3, 3], *quaternion(T[:3, :3])]
         lines.append(f"{recording.stamp(index):.6f} " + " ".join(f"{n:.9f}" for n in numbers))
     return "\n".join(lines) + "\n"

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <map>
 #include <mutex>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,9 @@ class StageReport {
   void countImage(bool is_shared, const void* pixels);
   /// Logs a problem that drops nothing; throttled by `key` as above.
   void warn(const std::string& key, const std::string& problem);
+  /// What looks wrong with the input at present, by key: shown in diagnostics, which then say WARN;
+  /// each key is logged once.
+  void setFindings(std::map<std::string, std::string> findings);
   /// Sets a free line of the diagnostics.
   void set(const std::string& key, const std::string& value);
 
@@ -55,6 +59,8 @@ class StageReport {
   const void* last_pixels_ = nullptr;
   std::map<std::string, std::uint64_t> dropped_;
   std::map<std::string, std::string> lines_;
+  std::map<std::string, std::string> findings_;
+  std::set<std::string> logged_findings_;
   std::map<std::string, Throttle> throttles_;
   std::vector<double> durations_ms_;  ///< ring of the newest kMaxDurations
   std::string newest_problem_;

@@ -10,6 +10,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,7 @@
 #include "task_scene_graph/core/files.h"
 #include "task_scene_graph/pipeline/map_files.h"
 #include "task_scene_graph/pipeline/pipeline.h"
+#include "task_scene_graph/ros/input_plausibility_report.h"
 #include "task_scene_graph/ros/rgbd_bag.h"
 #include "task_scene_graph/ros/task_loader.h"
 #include "task_scene_graph/scene_graph/files.h"
@@ -161,12 +163,41 @@ std::unique_ptr<segmentation::Segmenter> makeSegmenter(
   return std::make_unique<segmentation::Segmenter>(*models, config);
 }
 
+/// Says what looks wrong with the input, each thing once.
+class Findings {
+ public:
+  Findings(const ros_interface::RgbdBag& bag, const nodelets::ChainConfig& config)
+      : bag_(bag),
+        report_({config.mesh_fusion.background_fusion.background.tsdf.min_range_m,
+                 config.mesh_fusion.background_fusion.background.tsdf.max_range_m},
+                config.input.sync_tolerance_s) {}
+
+  void addFrame(const RgbdFrame& frame) {
+    report_.addFrame(frame);
+    if (++num_frames_ == kFirstLook) print();
+  }
+  void print() {
+    for (const auto& [key, text] : report_.makeReport(bag_.counters(), bag_.frameIds())) {
+      if (printed_.insert(key).second) std::cerr << "plausibility: " << text << "\n";
+    }
+  }
+
+ private:
+  static constexpr int kFirstLook = 100;  ///< frames: a few seconds
+
+  const ros_interface::RgbdBag& bag_;
+  ros_interface::InputPlausibilityReport report_;
+  std::set<std::string> printed_;
+  int num_frames_ = 0;
+};
+
 std::size_t processFrames(ros_interface::RgbdBag& bag, pipeline::Pipeline& pipeline,
-                          std::size_t max_frames) {
+                          Findings& findings, std::size_t max_frames) {
   const ProgressBar progress(bag.numColorImages());
   std::size_t num_frames = 0;
   bag.forEachFrame(
       [&](const RgbdFramePtr& frame, const SegmentationPtr& recorded) {
+        findings.addFrame(*frame);
         pipeline.process(frame, recorded);
         return ++num_frames != max_frames;
       },
@@ -196,7 +227,9 @@ void run(const Arguments& arguments) {
           : ros_interface::loadTaskList(arguments.place_tasks, arguments.models);
   pipeline::Pipeline pipeline(config, object_tasks, place_tasks, std::move(segmenter));
 
-  const std::size_t num_frames = processFrames(bag, pipeline, arguments.max_frames);
+  Findings findings(bag, chain);
+  const std::size_t num_frames = processFrames(bag, pipeline, findings, arguments.max_frames);
+  findings.print();
   for (const auto& warning : bag.warnings()) std::cerr << "warning: " << warning << "\n";
   if (num_frames == 0) {
     throw std::runtime_error("no map was written: none of " + std::to_string(bag.numColorImages()) +
