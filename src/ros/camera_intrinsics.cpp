@@ -211,7 +211,9 @@ cv::Mat toRotation(const sensor_msgs::CameraInfo& info) {
 
 ImageWarpPtr makeRectification(const sensor_msgs::CameraInfo& info, const CameraModel& raw,
                                const CameraModel& rectified, const std::string& topic) {
+  requireFinite(info.D, "D", topic);
   if (!hasDistortion(info)) return nullptr;
+  requireFinite(info.R, "R", topic);
   checkDistortion(info, topic);
   const cv::Mat distortion(info.D, true);
   const cv::Mat rotation = toRotation(info);
@@ -279,8 +281,6 @@ Intrinsics toIntrinsics(const sensor_msgs::CameraInfo& info, cv::Size size,
 void checkCameraInfo(const sensor_msgs::CameraInfo& info, const std::string& topic) {
   requireFinite(info.K, "K", topic);
   requireFinite(info.P, "P", topic);
-  requireFinite(info.D, "D", topic);
-  requireFinite(info.R, "R", topic);
   try {
     toModel(info.P, {1, 1}).fx_px > 0.0 ? toModel(info.P, {1, 1}).validate()
                                         : toModel(info.K, {1, 1}).validate();

@@ -161,6 +161,7 @@ class Recording:
         self.distortion = ()
         self.with_segmentation = True
         self.color_topic, self.depth_topic, self.info_topic = COLOR, DEPTH, INFO
+        self.tf_namespace = ""
         self.frames = None  # indices that are written; None = all
         for name, value in changes.items():
             assert hasattr(self, name), name
@@ -170,7 +171,7 @@ class Recording:
         with rosbag.Bag(str(path), "w") as bag:
             if self.links:
                 for parent, child, T in self.links:
-                    bag.write("/tf_static", to_transform(to_time(99.0), parent, child, T), to_time(99.0))
+                    bag.write(self.tf_namespace + "/tf_static", to_transform(to_time(99.0), parent, child, T), to_time(99.0))
             for index in (self.frames if self.frames is not None else range(self.num_frames)):
                 self.write_frame(bag, index)
         return path
@@ -212,7 +213,7 @@ class Recording:
 
     def write_pose(self, bag, recorded, stamp, T):
         if self.pose == "tf":
-            bag.write("/tf", to_transform(stamp, self.world_frame, self.moving_frame, T), recorded)
+            bag.write(self.tf_namespace + "/tf", to_transform(stamp, self.world_frame, self.moving_frame, T), recorded)
         elif self.pose == "odometry":
             message = Odometry(child_frame_id=self.moving_frame)
             message.header.stamp, message.header.frame_id = stamp, self.world_frame

@@ -144,6 +144,9 @@ class BagInputs(unittest.TestCase):
         self.assert_refused(self.process("no_world", world_frame="map"), "'world'", "map",
                             "--world-frame")
 
+    def test_transforms_of_a_robots_namespace_are_found(self):
+        self.assert_same_map(self.process("namespace", tf_namespace="/robot1"))
+
     def test_slash_before_a_frame_changes_nothing(self):
         self.assert_same_map(self.process("slash", "--world-frame", "/world",
                                           frame_id="/" + box_room.CAMERA_FRAME))
