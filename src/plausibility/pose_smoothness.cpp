@@ -12,8 +12,8 @@ constexpr double kDegrees = 180.0 / 3.14159265358979323846;
 constexpr double kMaxGap_s = 0.25;
 constexpr std::size_t kMinSamples = 15;
 constexpr double kTrimmedShare = 0.1;
-constexpr double kMinJolt_m = 0.005;
-constexpr double kMinTwist_rad = 0.005;
+constexpr double kMinJolt_m = 0.012;
+constexpr double kMinTwist_rad = 0.012;
 constexpr double kMinRatio = 0.8;  // hand-held recordings: up to 0.7
 constexpr double kMinHeldShare = 0.3;
 

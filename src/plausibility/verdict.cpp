@@ -133,8 +133,7 @@ Verdict ConsistencyCheck::judge(const std::vector<ViewGroup>& groups, double med
     return verdict;
   }
   doubles_.update(groups);
-  if (findReading(doubles_, groups, median_depth_m, verdict))
-    return verdict;
+  if (findReading(doubles_, groups, median_depth_m, verdict)) return verdict;
   // Things that move disturb both alike; wrong poses are worse than none.
   const bool is_worse_than_none = singles_.meanCost(0) >= singles_.meanCost(1) + kMinGain;
   if (verdict.num_groups >= kMinGroupsForBad && is_worse_than_none) {

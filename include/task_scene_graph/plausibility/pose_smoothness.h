@@ -25,7 +25,8 @@ class PoseSmoothness {
     double held_share = 0.0;  ///< images whose pose is exactly that of the image before
   };
   Roughness computeRoughness() const;
-  /// Jolts (twists) are more than 0.8 times as large as steps (turns), and than 5 mm (0.3 degrees).
+  /// Jolts (twists) are more than 0.8 times as large as steps (turns), and than 12 mm (0.7
+  /// degrees).
   bool isRough() const;
 
  private:

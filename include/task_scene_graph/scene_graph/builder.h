@@ -9,6 +9,7 @@
 #include "task_scene_graph/scene_graph/object_layer.h"
 #include "task_scene_graph/scene_graph/region_layer.h"
 #include "task_scene_graph/scene_graph/scene_graph.h"
+#include "task_scene_graph/scene_graph/scoring.h"
 #include "task_scene_graph/scene_graph/tasks.h"
 
 namespace tsg::scene_graph {
@@ -51,6 +52,11 @@ class SceneGraphBuilder {
   /// The objects cost what changed plus O(objects * (D + places)), the regions O(places * D * place
   /// tasks), if anything has changed.
   SceneGraphPtr snapshot();
+
+  /// Best cosines of all primitives to the object tasks, of all places to the place tasks. Not
+  /// cached: O(primitives * tasks * D), 30 ms for 1500 primitives, 50 tasks and D = 768.
+  CosineSummary summarizeObjectCosines() const { return objects_->summarizeCosines(); }
+  CosineSummary summarizePlaceCosines() const { return regions_->summarizeCosines(); }
 
   /// Sums over the whole life of the builder.
   const PrimitiveCounters& primitiveCounters() const { return objects_->counters(); }
