@@ -154,21 +154,29 @@ EmbeddingMatrix ClipTower::toRows(const TensorView& output, std::int64_t count) 
 }
 
 EmbeddingMatrix ClipTower::probe(const TensorView& images) {
-  return chooseOutput(runNetwork(images, filler_tokens_), images.shape[0]);
+  const auto outputs =
+      runFirst(images, filler_tokens_,
+               "cannot take images of " + std::to_string(input_size_) +
+                   " px (its own size, or image_encoder_input_size_px of " + models_text_ + ")");
+  return chooseOutput(outputs, images.shape[0]);
 }
 
 EmbeddingMatrix ClipTower::probe(const TokenView& tokens) {
-  std::vector<TensorView> outputs;
+  const auto outputs = runFirst(filler_images_, tokens,
+                                "cannot read " + std::to_string(tokens.shape[1]) +
+                                    " tokens of CLIP's tokenizer, numbers up to 49407; is it "
+                                    "another model's (SigLIP)?");
+  return chooseOutput(outputs, tokens.shape[0]);
+}
+
+std::vector<TensorView> ClipTower::runFirst(const TensorView& images, const TokenView& tokens,
+                                            const std::string& failure) const {
   try {
-    outputs = runNetwork(filler_images_, tokens);
+    return runNetwork(images, tokens);
   } catch (const InferenceError& e) {
-    throw InferenceError("text encoder '" + path() + "' cannot read " +
-                         std::to_string(tokens.shape[1]) +
-                         " tokens of CLIP's tokenizer, numbers up to 49407; is it another model's "
-                         "(SigLIP)? " +
+    throw InferenceError(std::string(nameOf(modality_)) + " '" + path() + "' " + failure + ": " +
                          e.what());
   }
-  return chooseOutput(outputs, tokens.shape[0]);
 }
 
 EmbeddingMatrix ClipTower::run(const TensorView& images) const {

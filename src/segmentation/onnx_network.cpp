@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "task_scene_graph/core/file_kind.h"
 #include "task_scene_graph/segmentation/inference_engine.h"
 
 namespace tsg::segmentation {
@@ -171,7 +172,12 @@ Network::Network(const std::string& path, const EngineConfig& config) : path_(pa
     inputs_ = describeInputs(session_->session);
     outputs_ = describeOutputs(session_->session);
   } catch (const Ort::Exception& e) {
-    throw InferenceError("network file '" + path + "' cannot be loaded: " + e.what());
+    const std::string kind = describeFileKind(path);
+    throw InferenceError("network file '" + path + "' cannot be loaded: " +
+                         (kind.empty() ? e.what()
+                                       : "it " + kind +
+                                             "; expected an ONNX file, such "
+                                             "as scripts/export_models makes"));
   }
 }
 

@@ -107,7 +107,15 @@ class Segmenter::Implementation {
  private:
   void findLayout() {
     const ColorImage color{{}, makePattern(), ColorOrder::kRgb, nullptr};
-    const auto outputs = runNetwork(color, computeLetterbox(color.image.size(), input_size_px_));
+    std::vector<TensorView> outputs;
+    try {
+      outputs = runNetwork(color, computeLetterbox(color.image.size(), input_size_px_));
+    } catch (const InferenceError& e) {
+      throw InferenceError("segmenter '" + network_.path() + "' cannot take images of " +
+                           std::to_string(input_size_px_) +
+                           " px (its own size, or segmenter_input_size_px of " + describe(models_) +
+                           "; a multiple of 32 in YOLO): " + e.what());
+    }
     layout_ = findSegmenterLayout(network_.outputs(), outputs, input_size_px_, network_.path());
   }
 

@@ -57,6 +57,9 @@ class ClipTower {
   void findSizes();
   void makeFillers(const ModelSet& models);
   std::vector<TensorView> runNetwork(const TensorView& images, const TokenView& tokens) const;
+  /// `failure` says what a failure means.
+  std::vector<TensorView> runFirst(const TensorView& images, const TokenView& tokens,
+                                   const std::string& failure) const;
   EmbeddingMatrix chooseOutput(const std::vector<TensorView>& outputs, std::int64_t count);
   EmbeddingMatrix toRows(const TensorView& output, std::int64_t count) const;
 

@@ -184,6 +184,30 @@ def save_other_segmenters():
     save_zeros("segmenter_wide", [("images", FLOAT, [1, 3, 480, 640])], fastsam)
 
 
+def size_nodes(image, count):
+    """`nothing`: 0, and an error of the run for images of another size than the file should say."""
+    return [helper.make_node("Reshape", [image, count], ["all_values"]),
+            helper.make_node("ReduceMean", ["all_values"], ["mean_value"], keepdims=0),
+            helper.make_node("Mul", ["mean_value", "zero"], ["nothing"])]
+
+
+def save_networks_of_one_size():
+    """Files that leave their size open and work with one only, as networks with a table of positions."""
+    zero = constant("zero", np.float32(0))
+    save("segmenter_only_64",
+         prototype_nodes("images") + size_nodes("images", "count")
+         + [helper.make_node("Add", ["anchors", "nothing"], ["output0"])],
+         [("images", FLOAT, [1, 3, "height", "width"])],
+         [("output0", FLOAT, [1, 9, 4]), ("output1", FLOAT, [1, 4, None, None])],
+         [constant("anchors", ANCHORS), zero, constant("one", np.float32(1)),
+          constant("count", np.array([3 * 64 * 64]))])
+    save("encoder_only_8",
+         encoder_nodes("image", "finite") + size_nodes("image", "count")
+         + [helper.make_node("Add", ["finite", "nothing"], ["embedding"])],
+         [("image", FLOAT, [1, 3, "height", "width"])], [("embedding", FLOAT, [1, 4])],
+         encoder_constants() + [zero, constant("count", np.array([3 * 8 * 8]))])
+
+
 def encoder_nodes(image, embedding):
     return [helper.make_node("GlobalAveragePool", [image], ["mean"]),
             helper.make_node("Flatten", ["mean"], ["flat"]),
@@ -281,6 +305,7 @@ def main():
     save_segmenter_with_more_outputs()
     save_other_segmenters()
     save_other_encoders()
+    save_networks_of_one_size()
     for bad in ("nan", "infinite", "error"):
         save_encoder_with_bad_images("encoder_%s_on_bright" % bad, bad)
     for bad in ("nan", "error"):

@@ -287,6 +287,21 @@ TEST(Segmenter, SegmentersOfOtherLayoutsAreRefusedAtStartWithWhatToDo) {
   }
 }
 
+TEST(Segmenter, SizesThatTheNetworksCannotTakeAreRefusedAtStart) {
+  TSG_REQUIRE_ENGINE();
+  ModelSet models = makeSmallModels();
+  models.segmenter = findNetwork("segmenter_only_64");
+  models.image_encoder = findNetwork("encoder_only_8");
+  EXPECT_EQ(errorOf(models), "");
+  models.segmenter_input_size_px = 96;
+  expectError(models, {"segmenter_only_64.onnx' cannot take images of 96 px",
+                       "segmenter_input_size_px of model set 'small'", "multiple of 32"});
+  models.segmenter_input_size_px = 64;
+  models.image_encoder_input_size_px = 12;
+  expectError(models, {"encoder_only_8.onnx' cannot take images of 12 px",
+                       "image_encoder_input_size_px of model set 'small'"});
+}
+
 TEST(Segmenter, CandidatesByRowsOrOutputsInAnotherOrderGiveTheSame) {
   TSG_REQUIRE_ENGINE();
   const ColorImage color = asRgb(makeTwoRectangles());
