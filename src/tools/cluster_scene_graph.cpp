@@ -130,7 +130,7 @@ nlohmann::json makeTape(bottleneck::IncrementalClustering& clustering) {
 
 void run(const Arguments& arguments) {
   const scene_graph::TaskList tasks = readTasks(arguments);
-  bottleneck::SceneGraphFile graph(arguments.input);
+  bottleneck::SceneGraphFile graph(arguments.input, tasks.embeddings.cols());
   auto clustering = makeClustering(arguments, tasks, graph);
   const std::vector<bottleneck::Cluster> clusters = clustering.clusters();
   graph.replaceObjects(clusters, tasks.names);
@@ -139,8 +139,12 @@ void run(const Arguments& arguments) {
     const nlohmann::json tape = makeTape(clustering);
     writeFileAtomically(arguments.tape, [&](std::ostream& out) { out << tape << '\n'; });
   }
+  for (const std::string& note : graph.notes()) {
+    std::cerr << "cluster_scene_graph: scene graph '" << arguments.input << "': " << note << '\n';
+  }
   std::cout << arguments.output << ": " << graph.primitives().size() << " primitives in "
-            << clusters.size() << " clusters, I(X;Y) = " << clustering.information() << " bits\n";
+            << clusters.size() << " clusters, " << graph.numLeftNodes()
+            << " nodes left as they are, I(X;Y) = " << clustering.information() << " bits\n";
 }
 
 }  // namespace
