@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "task_scene_graph/config/config.h"
+#include "task_scene_graph/core/files.h"
 
 namespace tsg::segmentation {
 namespace {
@@ -15,7 +16,12 @@ void resolveFile(const fs::path& folder, const char* key, bool required, std::st
     if (required) violations.push_back(std::string("'") + key + "' names no file");
     return;
   }
-  file = (folder / file).lexically_normal().string();  // an absolute path stays as it is
+  try {
+    file = expandPath(file, folder).string();
+  } catch (const std::invalid_argument& e) {
+    violations.push_back(std::string("'") + key + "': " + e.what());
+    return;
+  }
   if (!fs::is_regular_file(file)) {
     violations.push_back(std::string("'") + key + "': file '" + file + "' is not there");
   }
@@ -31,10 +37,11 @@ void requireThree(const char* key, const std::vector<double>& values,
 }  // namespace
 
 ModelSet loadModelSet(const std::string& yaml_path) {
-  const std::string where = "model set '" + yaml_path + "'";
-  auto models = config::load<ModelSet>(config::loadYamlFile(yaml_path), where);
+  const fs::path path = expandPath(yaml_path);
+  const std::string where = "model set '" + path.string() + "'";
+  auto models = config::load<ModelSet>(config::loadYamlFile(path.string()), where);
   std::vector<std::string> violations;
-  const fs::path folder = fs::path(yaml_path).parent_path();
+  const fs::path folder = path.parent_path();
   resolveFile(folder, "segmenter", true, models.segmenter, violations);
   resolveFile(folder, "image_encoder", true, models.image_encoder, violations);
   resolveFile(folder, "text_encoder", false, models.text_encoder, violations);
