@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <string>
+#include <filesystem>
 
-#include "stage_nodelet.h"
+#include "common_config.h"
 #include "task_scene_graph/segmentation/segmenter.h"
 
 namespace tsg::nodelets {
 
 /// Private parameters of the nodelet: those of its stage, and how it is fed.
 struct SegmenterNodeletConfig {
+  static constexpr const char* kStage = "segmenter";
+
   segmentation::SegmenterConfig segmenter;
-  std::string models;
+  std::filesystem::path models;
   double patience_s = 5.0;
   CommonConfig common;
 

@@ -27,7 +27,7 @@ struct InputConfig {
   std::string world_frame = "world";
   std::string camera_frame;
   double sync_tolerance_s = 0.02;
-  int queue_size = 30;
+  int queue_size = 60;
   double tf_timeout_s = 1.0;
   double patience_s = 5.0;
 
