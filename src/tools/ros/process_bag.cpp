@@ -11,14 +11,13 @@
 #include <optional>
 #include <string>
 
+#include "../../nodelets/chain_config.h"
 #include "../command_line.h"
-#include "task_scene_graph/config/config.h"
 #include "task_scene_graph/core/files.h"
 #include "task_scene_graph/pipeline/map_files.h"
 #include "task_scene_graph/pipeline/pipeline.h"
 #include "task_scene_graph/ros/rgbd_bag.h"
 #include "task_scene_graph/ros/task_loader.h"
-#include "task_scene_graph/scene_graph/files.h"
 
 namespace fs = std::filesystem;
 namespace options = boost::program_options;
@@ -33,6 +32,7 @@ struct Arguments {
   std::string models;
   std::string config;
   std::string output;
+  std::string world_frame;
   std::size_t max_frames = 0;
   bool ignore_recorded_segmentation = false;
   ros_interface::BagOptions bag_options;
@@ -44,25 +44,29 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
   options::options_description description(
       "Builds the scene graph of a recorded walk.\n"
       "usage: process_bag --bag B --object-tasks T --output DIR [options]\n"
-      "DIR gets scene_graph.json, summary.json, mesh.ply and timing.json, and map.bt and map.ot\n"
-      "where mesh_fusion/occupancy/enabled is set.\noptions");
+      "DIR gets scene_graph.json, summary.json, mesh.ply, settings.yaml and timing.json, and "
+      "map.bt\n"
+      "and map.ot where mesh_fusion/occupancy/enabled is set.\noptions");
   const auto text = [](std::string& value) {
     return options::value(&value)->default_value(value, value);
   };
   description.add_options()("help,h", "print this")("bag",
-                                                    options::value(&arguments.bag)->required(),
+                                                    tools::pathOption(arguments.bag)->required(),
                                                     "rosbag with colour, depth, camera info, tf")(
-      "object-tasks", options::value(&arguments.object_tasks)->required(), "task file (YAML)")(
-      "place-tasks", options::value(&arguments.place_tasks),
-      "task file; default: the object tasks")(
-      "models", options::value(&arguments.models),
+      "object-tasks", tools::pathOption(arguments.object_tasks),
+      "task file (YAML); default: the configuration's")(
+      "place-tasks", tools::pathOption(arguments.place_tasks),
+      "task file; default: the configuration's, else the object tasks")(
+      "models", tools::pathOption(arguments.models),
       "model set (YAML); needed unless the bag holds recorded segmentations")(
-      "config", options::value(&arguments.config), "parameters, laid out as config/default.yaml")(
-      "output", options::value(&arguments.output)->required(), "folder, made if absent")(
+      "config", tools::pathOption(arguments.config), "parameters, laid out as config/default.yaml")(
+      "output", tools::pathOption(arguments.output),
+      "folder, made if absent; default: the configuration's")(
       "max-frames", options::value(&arguments.max_frames), "stop after so many frames; 0 = all")(
       "ignore-recorded-segmentation", options::bool_switch(&arguments.ignore_recorded_segmentation),
       "use the models although the bag holds recorded segmentations")(
-      "world-frame", text(arguments.bag_options.world_frame), "fixed frame of tf")(
+      "world-frame", options::value(&arguments.world_frame),
+      "fixed frame of tf; default: the configuration's input/world_frame, else world")(
       "color-topic", text(topics.color), "8-bit colour images")(
       "depth-topic", text(topics.depth), "registered depth: 16UC1 mm or 32FC1 m")(
       "camera-info-topic", text(topics.camera_info), "intrinsics")(
@@ -97,13 +101,37 @@ class ProgressBar {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-pipeline::PipelineConfig loadConfig(const Arguments& arguments,
-                                    const std::optional<segmentation::ModelSet>& models) {
-  pipeline::PipelineConfig defaults;
-  if (models) defaults.scene_graph.object_alpha = models->alpha;
-  if (arguments.config.empty()) return defaults;
-  return config::load<pipeline::PipelineConfig>(
-      config::loadYamlFile(arguments.config), "configuration '" + arguments.config + "'", defaults);
+/// The user's file, and over it what the command line gives.
+nodelets::ChainConfig loadConfig(const Arguments& arguments) {
+  YAML::Node given(YAML::NodeType::Map);
+  const auto give = [](YAML::Node map, const char* name, const std::string& value) {
+    if (!value.empty()) map[name] = value;
+  };
+  give(given, "models", arguments.models);
+  give(given, "output", arguments.output);
+  give(given["input"], "world_frame", arguments.world_frame);
+  give(given["scene_graph"], "object_tasks", arguments.object_tasks);
+  give(given["scene_graph"], "place_tasks", arguments.place_tasks);
+  auto chain =
+      nodelets::loadChain({config::readConfigFile(arguments.config), {"command line", given, {}}});
+  const auto require = [](const std::filesystem::path& path, const char* option) {
+    if (!path.empty()) return;
+    throw options::error(std::string("the option '") + option +
+                         "' is required but missing, and the configuration does not say it");
+  };
+  require(chain.scene_graph.config.object_tasks, "--object-tasks");
+  require(chain.scene_graph.config.output, "--output");
+  return chain;
+}
+
+/// What is written of the drops: "150 frames (no pose)".
+std::string describeDrops(const ros_interface::RgbdBag& bag) {
+  std::string text;
+  for (const auto& [reason, drops] : bag.drops()) {
+    text += (text.empty() ? "" : "; ") + std::to_string(drops.count) + " dropped: " + reason +
+            ", for instance " + drops.example;
+  }
+  return text;
 }
 
 void writeTiming(const fs::path& path, const pipeline::Pipeline& pipeline,
@@ -122,27 +150,57 @@ void writeTiming(const fs::path& path, const pipeline::Pipeline& pipeline,
   writeFileAtomically(path, [&](std::ostream& out) { out << json.dump(2) << "\n"; });
 }
 
+std::vector<config::YamlLine> describeRun(const Arguments& arguments, const std::string& models) {
+  std::vector<config::YamlLine> lines{{"program", config::quoteYaml("process_bag"), ""},
+                                      {"bag", config::quoteYaml(arguments.bag), ""}};
+  if (!models.empty()) lines.push_back({"model_set", config::quoteYaml(models), ""});
+  return lines;
+}
+
+std::vector<WrittenFile> writeFiles(const Arguments& arguments, const nodelets::ChainConfig& chain,
+                                    const std::string& model_set, pipeline::Pipeline& pipeline,
+                                    const scene_graph::SceneGraph& graph) {
+  const fs::path& output = chain.scene_graph.config.output;
+  std::vector<WrittenFile> files = pipeline::writeGraphFiles(output, graph);
+  const auto& background = chain.mesh_fusion.config.background_fusion.background;
+  files.push_back(pipeline::writeMeshFile(output, pipeline.extractMesh(), graph.primitives,
+                                          scene_graph::computeObjectOfPrimitives(graph),
+                                          background.tsdf.voxel_size_m, graph.world_frame));
+  for (auto& file : pipeline::writeOccupancyFiles(output, pipeline.occupancy())) {
+    files.push_back(std::move(file));
+  }
+  files.push_back(pipeline::writeSettingsFile(output, describeRun(arguments, model_set),
+                                              nodelets::listSettings(chain)));
+  return files;
+}
+
 void run(const Arguments& arguments) {
+  const nodelets::ChainConfig chain = loadConfig(arguments);
+  const auto& scene_graph_config = chain.scene_graph.config;
+  const std::string models_path = scene_graph_config.models.string();
   std::optional<segmentation::ModelSet> models;
-  if (!arguments.models.empty()) models = segmentation::loadModelSet(arguments.models);
-  const pipeline::PipelineConfig config = loadConfig(arguments, models);
-  ros_interface::RgbdBag bag(arguments.bag, arguments.bag_options);
+  if (!models_path.empty()) models = segmentation::loadModelSet(models_path);
+  const pipeline::PipelineConfig config = nodelets::toPipelineConfig(chain);
+  ros_interface::BagOptions bag_options = arguments.bag_options;
+  bag_options.world_frame = chain.mesh_fusion.config.input.world_frame;
+  bag_options.sync_tolerance_s = chain.mesh_fusion.config.input.sync_tolerance_s;
+  ros_interface::RgbdBag bag(arguments.bag, bag_options);
   std::unique_ptr<segmentation::Segmenter> segmenter;
   if (!bag.hasRecordedSegmentation()) {
     if (!models) {
       throw std::runtime_error(
           "bag '" + arguments.bag + "' holds no recorded segmentation on '" +
-          arguments.bag_options.topics.segmentation +
+          bag_options.topics.segmentation +
           "': give --models MODELS.yaml (see the README on where models come from)");
     }
     segmenter = std::make_unique<segmentation::Segmenter>(*models, config.segmenter);
   }
-  const auto object_tasks = ros_interface::loadTaskList(arguments.object_tasks, arguments.models);
-  const auto place_tasks =
-      arguments.place_tasks.empty()
-          ? object_tasks
-          : ros_interface::loadTaskList(arguments.place_tasks, arguments.models);
-  pipeline::Pipeline pipeline(config, object_tasks, place_tasks, std::move(segmenter));
+  const auto tasks =
+      ros_interface::loadChainTasks(scene_graph_config.object_tasks.string(),
+                                    scene_graph_config.place_tasks.string(), models_path);
+  for (const auto& warning : tasks.warnings) std::cerr << warning << "\n";
+  pipeline::Pipeline pipeline(config, tasks.objects, tasks.places, std::move(segmenter),
+                              bag_options.world_frame);
 
   const ProgressBar progress(bag.numColorImages());
   std::size_t num_frames = 0;
@@ -154,22 +212,16 @@ void run(const Arguments& arguments) {
       },
       [&](std::size_t num_read) { progress.show(num_read); });
   if (num_frames == 0) {
-    std::string reasons;
-    for (const auto& [reason, drops] : bag.drops()) {
-      reasons += "\n  " + reason + ", " + std::to_string(drops.count) + " frames: " + drops.example;
-    }
-    throw std::runtime_error("no frame of bag '" + arguments.bag + "' could be used:" + reasons);
+    throw std::runtime_error("no map was written: no frame of bag '" + arguments.bag +
+                             "' could be used (" + describeDrops(bag) + ")");
   }
 
   const scene_graph::SceneGraphPtr graph = pipeline.finish();
-  const fs::path output = arguments.output;
-  scene_graph::writeSparkDsg(output / "scene_graph.json", *graph);
-  scene_graph::writeSummary(output / "summary.json", *graph);
-  pipeline::writeMeshFile(output, pipeline.extractMesh(), graph->primitives,
-                          scene_graph::computeObjectOfPrimitives(*graph),
-                          config.mesh_fusion.background_fusion.background.tsdf.voxel_size_m);
-  pipeline::writeOccupancyFiles(output, pipeline.occupancy());
+  std::vector<WrittenFile> files =
+      writeFiles(arguments, chain, models ? models->name : "", pipeline, *graph);
+  const fs::path& output = scene_graph_config.output;
   writeTiming(output / "timing.json", pipeline, bag);
+  files.push_back({"timing.json", ""});
   for (const auto& [reason, drops] : bag.drops()) {
     std::cerr << "dropped " << drops.count << " (" << reason << "): " << drops.example << "\n";
   }
@@ -180,7 +232,8 @@ void run(const Arguments& arguments) {
   }
   std::cout << num_frames << " frames, " << graph->primitives.size() << " object primitives, "
             << graph->objects.size() << " objects, " << graph->places->places.size() << " places, "
-            << graph->regions.size() << " regions; written to " << output.string() << "\n";
+            << graph->regions.size() << " regions\n"
+            << describeWritten(output, files) << "\n";
 }
 
 }  // namespace
