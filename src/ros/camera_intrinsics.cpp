@@ -11,6 +11,7 @@
 #include <sstream>
 #include <vector>
 
+#include "task_scene_graph/core/files.h"
 #include "task_scene_graph/ros/image_conversions.h"
 #include "task_scene_graph/ros/source_image.h"
 
@@ -116,7 +117,8 @@ sensor_msgs::CameraInfo fromYaml(const std::string& text, const std::string& pat
   failFormat(path, "no camera_matrix, and no fx, in it");
 }
 
-std::string readFile(const std::string& path) {
+std::string readFile(const std::string& name) {
+  const std::string path = expandPath(name).string();
   std::ifstream file(path);
   if (!file) failFormat(path, "neither numbers nor a file that can be opened");
   std::ostringstream text;

@@ -6,6 +6,9 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
+
+#include "task_scene_graph/core/files.h"
 
 namespace tsg::ros_interface {
 namespace {
@@ -80,6 +83,21 @@ std::uint64_t StageReport::dropped(const std::string& reason) const {
   const std::lock_guard<std::mutex> lock(mutex_);
   const auto found = dropped_.find(reason);
   return found == dropped_.end() ? 0 : found->second;
+}
+
+std::string StageReport::describeInput(const std::string& input) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  std::vector<std::pair<std::uint64_t, std::string>> drops;
+  for (const auto& [reason, count] : dropped_) drops.emplace_back(count, reason);
+  if (inputs_ == 0 && drops.empty()) return "no " + input + " arrived";
+  std::sort(drops.rbegin(), drops.rend());  // the most frequent reason first
+  std::string text;
+  for (const auto& [count, reason] : drops) {
+    text += (text.empty() ? "" : ", ") + std::to_string(count) + " dropped: " + reason;
+  }
+  const std::string all = formatCount(inputs_, input);
+  const std::string used = processed_ == 0 ? "none" : std::to_string(processed_);
+  return all + " arrived, " + used + " was usable" + (text.empty() ? "" : " (" + text + ")");
 }
 
 void StageReport::fill(diagnostic_updater::DiagnosticStatusWrapper& status) {

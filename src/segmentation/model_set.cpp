@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "task_scene_graph/config/config.h"
+#include "task_scene_graph/core/files.h"
 
 namespace tsg::segmentation {
 namespace {
@@ -17,7 +18,12 @@ void resolveFile(const fs::path& folder, const char* key, bool required, std::st
     if (required) violations.push_back(std::string("'") + key + "' names no file");
     return;
   }
-  file = (folder / file).lexically_normal().string();  // an absolute path stays as it is
+  try {
+    file = expandPath(file, folder).string();
+  } catch (const std::invalid_argument& e) {
+    violations.push_back(std::string("'") + key + "': " + e.what());
+    return;
+  }
   std::error_code ignored;
   if (fs::is_regular_file(file, ignored)) return;
   const bool is_folder = fs::is_directory(file, ignored);
@@ -56,7 +62,7 @@ ModelSet readKeys(const std::string& path, const std::string& where) {
 }  // namespace
 
 ModelSet loadModelSet(const std::string& yaml_path) {
-  const fs::path path = fs::absolute(yaml_path).lexically_normal();
+  const fs::path path = expandPath(yaml_path);
   const std::string where = "model set '" + path.string() + "'";
   std::error_code ignored;
   if (!fs::exists(path, ignored)) throw config::ConfigError(where, {"the file is not there"});

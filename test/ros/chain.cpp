@@ -4,6 +4,7 @@
 #include <octomap/OcTree.h>
 #include <std_srvs/Trigger.h>
 #include <visualization_msgs/MarkerArray.h>
+#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <array>
@@ -112,6 +113,16 @@ TEST_F(Chain, SaveMapAnswersWithTheFolderThatHoldsTheMap) {
   std::string first_line;
   std::getline(ply, first_line);
   EXPECT_EQ(first_line, "ply");
+}
+
+TEST_F(Chain, SaveMapWritesTheSettingsOfAllStages) {
+  const YAML::Node settings = YAML::LoadFile(outputPath("settings.yaml"));
+  EXPECT_EQ(settings["tracker"]["window_s"].as<double>(), 1.0);
+  EXPECT_TRUE(settings["mesh_fusion"]["occupancy"]["enabled"].as<bool>());
+  EXPECT_EQ(settings["input"]["tf_timeout_s"].as<double>(), 5.0);
+  EXPECT_EQ(settings["scene_graph"]["object_tasks"].as<std::string>(),
+            (state_->folder.path() / "objects.yaml").string());
+  EXPECT_EQ(settings["made_with"]["program"].as<std::string>(), "live, /scene_graph");
 }
 
 TEST_F(Chain, VerticesOfTheMeshNameTheObjectsOfTheGraph) {

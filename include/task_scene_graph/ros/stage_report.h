@@ -39,6 +39,10 @@ class StageReport {
   std::uint64_t processed() const;
   std::uint64_t dropped(const std::string& reason) const;
 
+  /// What became of the input, for somebody who finds no output: "150 inputs, none was usable (150
+  /// dropped: stamp is 0)", "no input arrived".
+  std::string describeInput(const std::string& input) const;
+
   /// WARN if something was dropped or a problem appeared since the report before, else OK.
   void fill(diagnostic_updater::DiagnosticStatusWrapper& status);
 

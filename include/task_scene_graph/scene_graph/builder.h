@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "task_scene_graph/core/primitives.h"
@@ -22,8 +23,9 @@ namespace tsg::scene_graph {
 /// embeddings; a change of delta alone only cuts the merge tapes elsewhere.
 class SceneGraphBuilder {
  public:
+  /// @param world_frame  name of the frame that all coordinates are in
   /// @throws config::ConfigError naming every parameter out of range.
-  explicit SceneGraphBuilder(const SceneGraphConfig& config);
+  explicit SceneGraphBuilder(const SceneGraphConfig& config, std::string world_frame = "world");
 
   /// Replaces the tasks that objects are built for. An empty list is allowed: no objects.
   /// @throws config::ConfigError if the list is not valid or has names without embeddings, or if
@@ -63,6 +65,7 @@ class SceneGraphBuilder {
 
  private:
   SceneGraphConfig config_;
+  std::string world_frame_;
   std::unique_ptr<ObjectLayer> objects_;
   std::unique_ptr<RegionLayer> regions_;
   SceneGraphPtr snapshot_;  ///< null: something has changed since it was made

@@ -56,6 +56,21 @@ TEST_F(ModelSetTest, AnAbsolutePathStaysAsItIs) {
   EXPECT_EQ(models.segmenter, path);
 }
 
+TEST_F(ModelSetTest, VariablesAndTheFileSchemeAreExpanded) {
+  touch("seg.onnx");
+  touch("clip.onnx");
+  setenv("TSG_TEST_MODELS", folder_.path().c_str(), 1);
+  const ModelSet models =
+      loadModelSet(write("{segmenter: $TSG_TEST_MODELS/seg.onnx, image_encoder: 'file://" +
+                         folder_.path().string() + "/clip.onnx', embedding_size: 8}"));
+  unsetenv("TSG_TEST_MODELS");
+  EXPECT_EQ(models.segmenter, (folder_.path() / "seg.onnx").string());
+  EXPECT_EQ(models.image_encoder, (folder_.path() / "clip.onnx").string());
+  EXPECT_NE(errorOf("{segmenter: $TSG_NOT_SET/a, image_encoder: clip.onnx, embedding_size: 8}")
+                .find("'segmenter': path '$TSG_NOT_SET/a': the environment variable"),
+            std::string::npos);
+}
+
 TEST_F(ModelSetTest, AllMissingFilesAreNamedAtOnce) {
   touch("seg.onnx");
   const std::string error = errorOf(
