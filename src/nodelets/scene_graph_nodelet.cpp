@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <mutex>
 #include <pluginlib/class_list_macros.hpp>
 
@@ -12,6 +13,7 @@
 #include "stage_nodelet.h"
 #include "task_scene_graph/mapping/ply.h"
 #include "task_scene_graph/pipeline/map_files.h"
+#include "task_scene_graph/plausibility/embedding_checks.h"
 #include "task_scene_graph/ros/arrivals.h"
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/message_conversions.h"
@@ -42,6 +44,9 @@ void copyTunables(const From& from, To& to) {
   to.prune_null = from.prune_null;
   to.min_object_score = from.min_object_score;
 }
+
+// What looks wrong with the embeddings is looked at so often: it costs tens of milliseconds.
+constexpr auto kFindingsPeriod = std::chrono::seconds(5);
 
 /// Primitives, places and tasks -> the scene graph, its markers and its files.
 class SceneGraphNodelet : public StageNodelet {
@@ -83,6 +88,7 @@ class SceneGraphNodelet : public StageNodelet {
   std::string model_set_name_;                               ///< "" without one
   std::unique_ptr<scene_graph::SceneGraphBuilder> builder_;  ///< the worker's own
   std::unique_ptr<ros_interface::SceneGraphMarkers> markers_;
+  std::chrono::steady_clock::time_point newest_findings_;  ///< the worker's own
   std::mutex graph_mutex_;
   scene_graph::SceneGraphPtr graph_;
   ros_interface::Arrivals primitives_;
@@ -241,6 +247,14 @@ void SceneGraphNodelet::publish(const scene_graph::SceneGraphPtr& graph) {
   report().set("objects", std::to_string(graph->objects.size()));
   report().set("places", std::to_string(graph->places->places.size()));
   report().set("regions", std::to_string(graph->regions.size()));
+  const auto now = std::chrono::steady_clock::now();
+  if (now - newest_findings_ < kFindingsPeriod) return;
+  newest_findings_ = now;
+  std::map<std::string, std::string> findings;
+  for (const auto& finding : plausibility::checkGraph(*builder_, *graph)) {
+    findings.emplace(finding.check, plausibility::toText(finding));
+  }
+  report().setFindings(std::move(findings));
 }
 
 msg::FinishResponse SceneGraphNodelet::finish(const msg::FinishRequest& request,

@@ -91,6 +91,21 @@ std::optional<Finding> checkCosines(const scene_graph::CosineSummary& cosines,
   return finding;
 }
 
+std::vector<Finding> checkGraph(const scene_graph::SceneGraphBuilder& builder,
+                                const scene_graph::SceneGraph& graph) {
+  std::vector<Finding> findings;
+  const auto add = [&](std::optional<Finding> finding) {
+    if (finding) findings.push_back(std::move(*finding));
+  };
+  if (!graph.object_tasks.empty()) {
+    add(checkCosines(builder.summarizeObjectCosines(), makeObjectContext(graph)));
+  }
+  if (!graph.place_tasks.empty()) {
+    add(checkCosines(builder.summarizePlaceCosines(), makePlaceContext(graph)));
+  }
+  return findings;
+}
+
 std::optional<Finding> checkTracker(const tracking::TrackerCounters& counters,
                                     const tracking::TrackerConfig& config) {
   if (counters.overlapping_segments < kMinOverlaps) return std::nullopt;

@@ -66,6 +66,7 @@ class Pipeline {
   const ObjectFusion& objects() const { return objects_; }
   const BackgroundFusion& background() const { return background_; }
   const tracking::Tracker& tracker() const { return tracker_; }
+  const scene_graph::SceneGraphBuilder& sceneGraph() const { return scene_graph_; }
 
  private:
   SegmentationPtr findSegmentation(const RgbdFrame& frame, const SegmentationPtr& recorded);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "task_scene_graph/plausibility/finding.h"
+#include "task_scene_graph/scene_graph/builder.h"
 #include "task_scene_graph/scene_graph/scene_graph.h"
 #include "task_scene_graph/scene_graph/scoring.h"
 #include "task_scene_graph/tracking/tracker.h"
@@ -31,6 +32,11 @@ CosineContext makePlaceContext(const scene_graph::SceneGraph& graph);
 ///   20 on) the lowest is above alpha by 0.15, so that nothing is ever irrelevant.
 std::optional<Finding> checkCosines(const scene_graph::CosineSummary& cosines,
                                     const CosineContext& context);
+
+/// checkCosines() of a builder and the graph that it has made last, objects and regions. Tasks that
+/// are absent are left out: who reads their file says so.
+std::vector<Finding> checkGraph(const scene_graph::SceneGraphBuilder& builder,
+                                const scene_graph::SceneGraph& graph);
 
 /// "tracker cosines": of 100 or more segments that overlap a track enough, most are refused by
 /// their cosine alone.

@@ -20,6 +20,7 @@
 #include "task_scene_graph/core/files.h"
 #include "task_scene_graph/pipeline/map_files.h"
 #include "task_scene_graph/pipeline/pipeline.h"
+#include "task_scene_graph/plausibility/embedding_checks.h"
 #include "task_scene_graph/ros/input_plausibility_report.h"
 #include "task_scene_graph/ros/rgbd_bag.h"
 #include "task_scene_graph/ros/task_loader.h"
@@ -180,13 +181,25 @@ class Findings {
   }
   void print() {
     for (const auto& [key, text] : report_.makeReport(bag_.counters(), bag_.frameIds())) {
-      if (printed_.insert(key).second) std::cerr << "plausibility: " << text << "\n";
+      print(key, text);
     }
+  }
+  /// What looks wrong with the embeddings.
+  void print(const pipeline::Pipeline& pipeline, const scene_graph::SceneGraph& graph,
+             const tracking::TrackerConfig& tracker) {
+    auto findings = plausibility::checkGraph(pipeline.sceneGraph(), graph);
+    if (const auto finding = plausibility::checkTracker(pipeline.tracker().counters(), tracker)) {
+      findings.push_back(*finding);
+    }
+    for (const auto& finding : findings) print(finding.check, plausibility::toText(finding));
   }
 
  private:
   static plausibility::PlausibilityConfig toRange(const mapping::IntegratorConfig& tsdf) {
     return {tsdf.min_range_m, tsdf.max_range_m};
+  }
+  void print(const std::string& key, const std::string& text) {
+    if (printed_.insert(key).second) std::cerr << "plausibility: " << text << "\n";
   }
   static constexpr int kFirstLook = 100;  ///< frames: a few seconds
 
@@ -276,6 +289,7 @@ void run(const Arguments& arguments) {
   }
 
   const scene_graph::SceneGraphPtr graph = pipeline.finish();
+  findings.print(pipeline, *graph, config.tracker);
   std::vector<WrittenFile> files =
       writeFiles(arguments, chain, models ? models->name : "", pipeline, *graph);
   const fs::path& output = scene_graph_config.output;
