@@ -144,7 +144,8 @@ void run(const Arguments& arguments) {
   }
   std::cout << arguments.output << ": " << graph.primitives().size() << " primitives in "
             << clusters.size() << " clusters, " << graph.numLeftNodes()
-            << " nodes left as they are, I(X;Y) = " << clustering.information() << " bits\n";
+            << (graph.numLeftNodes() == 1 ? " node" : " nodes")
+            << " left as in the file, I(X;Y) = " << clustering.information() << " bits\n";
 }
 
 }  // namespace
