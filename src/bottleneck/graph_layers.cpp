@@ -53,6 +53,13 @@ std::optional<NodeKey> readNodeId(const json& object, const char* name) {
   return id->get<NodeKey>();
 }
 
+bool isNode(const json& entry) {
+  const auto layer = entry.find("layer");
+  if (!readNodeId(entry, "id") || layer == entry.end() || !layer->is_number_integer()) return false;
+  const auto partition = entry.find("partition");
+  return partition == entry.end() || partition->is_number_integer();
+}
+
 bool isInLayer(const json& node, int layer) {
   const auto number = node.find("layer");
   if (number == node.end() || !number->is_number_integer() || *number != layer) return false;

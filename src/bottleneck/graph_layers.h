@@ -25,6 +25,9 @@ void listObjectLayer(int layer, nlohmann::json& graph);
 /// A node id, or nothing if it is none.
 std::optional<NodeKey> readNodeId(const nlohmann::json& object, const char* name);
 
+/// Whether an entry of `nodes` has what tells its layer: id, layer, and no or a whole partition.
+bool isNode(const nlohmann::json& entry);
+
 /// Whether a node lies in a static layer. Nodes of dynamic layers share its number: 1.0 gives them
 /// a timestamp, 1.1 a partition. False for what is no node.
 bool isInLayer(const nlohmann::json& node, int layer);

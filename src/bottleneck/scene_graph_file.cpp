@@ -63,8 +63,8 @@ void SceneGraphFile::Content::readNodes() {
   for (std::size_t i = 0; i < list.size(); ++i) {
     if (isInLayer(list[i], clusteredLayer())) {
       readPrimitive(i);
-    } else if (!readNodeId(list[i], "id") || !list[i].contains("layer")) {
-      no_nodes.add("entry " + std::to_string(i) + " of 'nodes'");
+    } else if (!isNode(list[i])) {
+      no_nodes.add("entry " + std::to_string(i));
     }
   }
 }
@@ -129,21 +129,26 @@ std::size_t SceneGraphFile::numLeftNodes() const { return content_->left_nodes.c
 std::vector<std::string> SceneGraphFile::notes() const {
   const Content& content = *content_;
   std::vector<std::string> lines;
-  const auto add = [&](const FileNote& note, const std::string& what) {
-    if (note.count() == 0) return;
-    lines.push_back(std::to_string(note.count()) + what + ": " + note.listItems());
+  const auto add = [&](std::size_t count, const char* singular, const char* plural,
+                       const std::string& rest) {
+    if (count > 0) lines.push_back(std::to_string(count) + (count == 1 ? singular : plural) + rest);
   };
-  add(content.left_nodes, std::string(" of the nodes to be clustered (layer ") +
-                              (content.has_segments ? "SEGMENTS" : "OBJECTS") +
-                              ") left as they are");
-  add(content.no_nodes, " entries without a number 'id' and a 'layer' left as they are");
-  add(content.left_meshes, " meshes that cannot be read left out of their objects");
-  add(content.left_edges, " edges of nodes that are not there left out");
-  add(content.left_places, " places that cannot be an object's parent");
-  if (content.num_odd_numbers > 0) {
-    lines.push_back(std::to_string(content.num_odd_numbers) +
-                    " numbers that JSON does not know (NaN, Infinity, 1e999) taken as null");
-  }
+  const FileNote& nodes = content.left_nodes;
+  add(nodes.count(), "", "",
+      std::string(" of the nodes to be clustered (layer ") +
+          (content.has_segments ? "SEGMENTS" : "OBJECTS") +
+          ") left as in the file: " + nodes.listItems());
+  add(content.no_nodes.count(), " entry", " entries",
+      " of 'nodes' whose 'id', 'layer' or 'partition' is no whole number left as in the file: " +
+          content.no_nodes.listItems());
+  add(content.left_meshes.count(), " mesh", " meshes",
+      " not readable, left out of the node's object: " + content.left_meshes.listItems());
+  add(content.left_edges.count(), " edge", " edges",
+      " of nodes that are not there left out: " + content.left_edges.listItems());
+  add(content.left_places.count(), " place", " places",
+      " without a position, no object's parent: " + content.left_places.listItems());
+  add(content.num_odd_numbers, " number", " numbers",
+      " that JSON does not know (NaN, Infinity, 1e999) taken as null");
   return lines;
 }
 

@@ -149,8 +149,10 @@ void run(const Arguments& arguments) {
   for (const std::string& note : graph.notes()) {
     std::cerr << "cluster_scene_graph: scene graph '" << arguments.input << "': " << note << '\n';
   }
-  std::cout << describeWritten({}, files) << ", I(X;Y) = " << clustering.information() << " bits, "
-            << graph.numLeftNodes() << " nodes left as they are\n";
+  std::cout << describeWritten({}, files) << ", " << graph.numLeftNodes()
+            << (graph.numLeftNodes() == 1 ? " node" : " nodes")
+            << " left as in the file, I(X;Y) = " << clustering.information() << " bits
+";
 }
 
 }  // namespace

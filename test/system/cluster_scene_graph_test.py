@@ -348,7 +348,7 @@ class ClusterSceneGraph(unittest.TestCase):
             result = self.run_program(graph, "--delta", "0.02")
             self.assertEqual(result.returncode, 0, result.stderr)
             self.assertIn("29 primitives", result.stdout)
-            self.assertIn("1 nodes left as they are", result.stdout)
+            self.assertIn("1 node left as in the file", result.stdout)
             self.assertIn("in.json", result.stderr)
             self.assertIn("s21 (%d)" % bad["id"], result.stderr)
             self.assert_tape(self.load("tape.json"), expected)
@@ -519,7 +519,7 @@ class ClusterSceneGraph(unittest.TestCase):
             graph["nodes"][5]["attributes"]["bounding_box"])
         result = self.run_program(graph, "--delta", "0.05")
         self.assertEqual(result.returncode, 0, result.stderr)
-        for words in ("1 meshes", "1 edges", "p9 ("):
+        for words in ("1 mesh ", "1 edge ", "p9 ("):
             self.assertIn(words, result.stderr)
         loaded = spark_dsg.DynamicSceneGraph.load(self.path("out.json"))
         self.assertEqual(loaded.get_layer("SEGMENTS").num_nodes(), 20)

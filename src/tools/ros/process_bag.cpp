@@ -72,6 +72,7 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
   arguments.input.addTo(input);
   description.add(input);
   if (!tools::parseOptions(argc, argv, description)) return std::nullopt;
+  for (auto& bag : arguments.bags) bag = expandPath(bag).string();
   return arguments;
 }
 

@@ -313,14 +313,13 @@ TEST_F(SceneGraphFileTest, EntriesThatAreNoNodesStayAndAreCounted) {
   EXPECT_EQ(out.at("nodes").size(), 2U + 2U + 9U + 1U);
   ASSERT_EQ(file.notes().size(), 2U);
   expectWords(file.notes()[0], {"1 of the nodes", "entry 12 of 'nodes' has no 'id'"});
-  expectWords(file.notes()[1], {"8 entries without a number 'id'", "entry 4 of 'nodes'"});
+  expectWords(file.notes()[1], {"8 entries of 'nodes' whose 'id', 'layer'", "entry 4; entry 5"});
 }
 
 TEST_F(SceneGraphFileTest, NodesOfUnknownTypesAndLayersStayAsTheyAre) {
   json graph = makeSampleGraph(FileForm::kCurrent, 2);
   attributesOf(graph, 0)["type"] = "FutureAttributes";
   const json others[] = {{{"id", 77}, {"layer", 99}, {"attributes", {{"type", "New"}}}},
-                         {{"id", 78}, {"layer", "1"}, {"attributes", nullptr}},
                          {{"id", 79}, {"layer", 2}, {"partition", 97}, {"attributes", nullptr}},
                          {{"id", 80}, {"layer", 2}, {"timestamp", 5}, {"attributes", nullptr}}};
   for (const json& other : others) graph["nodes"].push_back(other);
@@ -333,6 +332,20 @@ TEST_F(SceneGraphFileTest, NodesOfUnknownTypesAndLayersStayAsTheyAre) {
     EXPECT_EQ(*found, other);
   }
   EXPECT_EQ(file.notes(), std::vector<std::string>{});
+}
+
+TEST_F(SceneGraphFileTest, LayersAndPartitionsThatAreNoNumbersAreCounted) {
+  for (const auto& [name, value] : {std::pair<const char*, json>{"layer", "1"},
+                                    {"layer", 1.5},
+                                    {"partition", "a"},
+                                    {"partition", nullptr}}) {
+    json graph = makeSampleGraph(FileForm::kCurrent, 3);
+    graph["nodes"][1][name] = value;
+    SceneGraphFile file = load(graph);
+    EXPECT_EQ(file.primitives().size(), 2U);
+    expectWords(file.notes().at(0), {"1 entry of 'nodes'", "entry 1"});
+    EXPECT_EQ(*findNode(replaceAll(file), makeId('s', 1)), graph["nodes"][1]);
+  }
 }
 
 TEST_F(SceneGraphFileTest, EdgesOfAbsentNodesGoAndAreCounted) {
@@ -425,7 +438,7 @@ TEST_F(SceneGraphFileTest, MeshesThatCannotBeReadAreLeftOutAndNamed) {
       SceneGraphFile file = load(graph);
       const json out = replaceAll(file);
       ASSERT_EQ(file.notes().size(), 1U) << words;
-      expectWords(file.notes()[0], {"1 meshes", describeNode(makeId('s', where)), words});
+      expectWords(file.notes()[0], {"1 mesh ", describeNode(makeId('s', where)), words});
       const json& mesh = findNode(out, makeId('O', 0))->at("attributes").at("mesh");
       EXPECT_EQ(mesh.at("points").size(), 6U) << words;
       EXPECT_EQ(mesh.at("faces"), json({{0, 1, 2}, {3, 4, 5}})) << words;
@@ -447,7 +460,7 @@ TEST_F(SceneGraphFileTest, FlatMeshesThatCannotBeReadAreLeftOutAndNamed) {
       spoil(attributesOf(graph, where));
       SceneGraphFile file = load(graph);
       const json out = replaceAll(file);
-      expectWords(file.notes().at(0), {"1 meshes", describeNode(makeId('s', where)), words});
+      expectWords(file.notes().at(0), {"1 mesh ", describeNode(makeId('s', where)), words});
       const json& merged = findNode(out, makeId('O', 0))->at("attributes");
       EXPECT_EQ(merged.at("vertices").size(), 18U) << words;
       EXPECT_EQ(merged.at("faces"), json({0, 1, 2, 3, 4, 5})) << words;
@@ -504,7 +517,7 @@ TEST_F(SceneGraphFileTest, ObjectsGoToTheNearestPlaceThatHasAPosition) {
   graph["nodes"][3]["attributes"]["position"][0] = nullptr;
   SceneGraphFile other = load(graph);
   EXPECT_TRUE(has_parent(replaceAll(other), makeId('p', 0)));
-  expectWords(other.notes().at(0), {"1 places", "p1 ("});
+  expectWords(other.notes().at(0), {"1 place ", "p1 ("});
 }
 
 TEST_F(SceneGraphFileTest, NumbersThatJsonDoesNotKnowAreNull) {
@@ -516,7 +529,7 @@ TEST_F(SceneGraphFileTest, NumbersThatJsonDoesNotKnowAreNull) {
     SceneGraphFile file(write(text));
     EXPECT_EQ(file.primitives().size(), 2U) << odd;
     expectWords(file.notes().at(0), {"s0 (", "entry 1 = null"});
-    expectWords(file.notes().at(1), {"1 numbers that JSON does not know"});
+    expectWords(file.notes().at(1), {"1 number that JSON does not know"});
     json expected = graph;
     attributesOf(expected, 0)["semantic_feature"]["data"][1] = nullptr;
     EXPECT_EQ(*findNode(replaceAll(file), makeId('s', 0)), expected["nodes"][0]) << odd;
