@@ -2,8 +2,10 @@
 #include "task_scene_graph/ros/end_report.h"
 
 #include <ros/console.h>
+#include <ros/init.h>
 
 #include <algorithm>
+#include <iostream>
 #include <mutex>
 #include <optional>
 
@@ -68,7 +70,10 @@ void reportEnd(const EndReport& report) {
   }
   const std::string line = describeEnd({report});
   if (line.empty()) return;
-  if (report.isMissing()) {
+  if (!::ros::ok()) {
+    // roscpp's console went with ros::shutdown(), which a manager calls before it drops its nodelets.
+    std::cerr << "[" << report.stage << "] " << line << std::endl;
+  } else if (report.isMissing()) {
     ROS_ERROR_STREAM("[" << report.stage << "] " << line);
   } else {
     ROS_INFO_STREAM("[" << report.stage << "] " << line);

@@ -151,8 +151,7 @@ void run(const Arguments& arguments) {
   }
   std::cout << describeWritten({}, files) << ", " << graph.numLeftNodes()
             << (graph.numLeftNodes() == 1 ? " node" : " nodes")
-            << " left as in the file, I(X;Y) = " << clustering.information() << " bits
-";
+            << " left as in the file, I(X;Y) = " << clustering.information() << " bits\n";
 }
 
 }  // namespace
