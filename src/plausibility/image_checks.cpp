@@ -52,7 +52,7 @@ std::optional<Finding> StillnessCheck::findConstantPose() const {
   if (has_moved_ || changed_shares_.size() < kMemory) return std::nullopt;
   const auto changed = std::count_if(changed_shares_.begin(), changed_shares_.end(),
                                      [](double share) { return share > kChangedShare; });
-  if (static_cast<std::size_t>(changed) + 1 < kMemory) return std::nullopt;
+  if (static_cast<std::size_t>(changed) + 2 < kMemory) return std::nullopt;
   return Finding{"constant pose",
                  "more than half of the depth readings have changed since the first image, but the"
                  " camera's pose never has",

@@ -17,8 +17,9 @@ class StillnessCheck {
  public:
   void add(const RgbdFrame& frame);  ///< must be usable (isUsable)
 
-  /// "constant pose": in 7 of the last 8 images more than half of the depth readings differ from
+  /// "constant pose": in 18 of the last 20 images more than half of the depth readings differ from
   /// the first image's by more than a tenth, and the pose has never moved by 1 mm or 0.1 degrees.
+  /// (Somebody who walks about before a camera that stands still hides less, and less often.)
   std::optional<Finding> findConstantPose() const;
 
   /// True if a flat wall would have been seen at changing depth: turned by 2 degrees, or gone
@@ -26,7 +27,7 @@ class StillnessCheck {
   bool hasChangedView() const { return has_changed_view_; }
 
  private:
-  static constexpr std::size_t kMemory = 8;
+  static constexpr std::size_t kMemory = 20;
 
   std::optional<Pose> first_pose_;
   DepthGrid first_;
