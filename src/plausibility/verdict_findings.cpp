@@ -40,8 +40,10 @@ std::string describeAxes(const Eigen::Matrix3d& R_given_true) {
 Finding describeInverse(const Verdict& verdict) {
   return {"pose direction", describeCosts(verdict, "the poses are inverted"),
           "usually the poses map world to camera coordinates",
-          "give poses that map camera to world coordinates (dataset_to_bag: --poses; where tf,"
-          " pose_topic or trajectory are made: invert them)"};
+          "set input/pose_direction to world_to_camera where they come from a pose topic or a "
+          "trajectory"
+          " (process_bag, dataset_to_bag: --poses); a tf that does so has to be mended where it is "
+          "made"};
 }
 
 Finding describeWrongAxes(const Verdict& verdict, const std::vector<ViewGroup>& groups) {
@@ -57,7 +59,9 @@ Finding describeWrongAxes(const Verdict& verdict, const std::vector<ViewGroup>& 
                             : "usually the poses are those of a camera with other axes";
   finding.remedy =
       "the camera's frame has to be x right, y down, z forward: set input/camera_frame to the"
-      " camera's optical frame (process_bag: --camera-frame; dataset_to_bag: --camera-axes)";
+      " camera's optical frame (process_bag: --camera-frame), or input/camera_axes to body or "
+      "opengl"
+      " (process_bag, dataset_to_bag: --camera-axes)";
   return finding;
 }
 
