@@ -46,5 +46,5 @@ def prepare(path):
     except OSError as error:
         raise DatasetError(f"--output {path}: {folder} cannot be made ({error.strerror}: "
                            f"{error.filename})")
-    if not os.access(folder, os.W_OK | os.X_OK):
+    if not (os.access(folder, os.W_OK) and os.access(folder, os.X_OK)):
         raise DatasetError(f"--output {path}: no permission to write into {folder}")

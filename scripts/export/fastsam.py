@@ -70,7 +70,8 @@ def export(yolo, views, size_px, folder, stem):
     path = folder / (stem + ".onnx")
     # ultralytics writes beside the weights: give it a place of its own.
     yolo.model.pt_path = yolo.ckpt_path = str(folder / (stem + ".pt"))
-    written = pathlib.Path(yolo.export(format="onnx", imgsz=size_px, opset=networks.OPSET, simplify=False, dynamic=False, device="cpu"))
+    written = pathlib.Path(yolo.export(format="onnx", imgsz=size_px, opset=networks.OPSET, simplify=False, dynamic=False,
+                                       nms=False, device="cpu"))
     if written.resolve() != path.resolve():
         os.replace(str(written), str(path))
     outputs = [checks.run_onnx(path, image[None].numpy()) for image in images]

@@ -5,6 +5,7 @@ import os
 import pathlib
 import shutil
 import subprocess
+import tempfile
 
 import numpy
 
@@ -19,12 +20,26 @@ def write(path, values):
     os.replace(str(temporary), str(path))
 
 
-def find_encode_tasks():
-    """Our own text encoder, if it is built: $TSG_ENCODE_TASKS, this checkout's build, or on the PATH."""
+def find_program(name):
+    """One of our own programs, if it is built: $TSG_<NAME>, this checkout's build, or on the PATH."""
     root = pathlib.Path(__file__).resolve().parents[2]
-    built = root / "build" / "devel" / "lib" / "task_scene_graph" / "encode_tasks"
-    candidates = [os.environ.get("TSG_ENCODE_TASKS", ""), str(built), shutil.which("encode_tasks") or ""]
+    built = root / "build" / "devel" / "lib" / "task_scene_graph" / name
+    candidates = [os.environ.get("TSG_" + name.upper(), ""), str(built), shutil.which(name) or ""]
     return next((path for path in candidates if path and os.access(path, os.X_OK)), None)
+
+
+def check_with_our_segmenter(yaml_path, image_path):
+    """Runs our C++ segmenter, which knows the layouts that others give. Returns a line of text."""
+    program = find_program("segment_images")
+    if not program:
+        return "our own segmenter: not built, not checked (scripts/build segment_images)"
+    with tempfile.TemporaryDirectory(dir=str(yaml_path.parent)) as folder:
+        done = subprocess.run([program, "--models", str(yaml_path), "--output", folder, str(image_path)],
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    text = done.stdout.decode(errors="replace").strip()
+    if done.returncode != 0:
+        raise checks.Mismatch("segment_images refuses the model set: " + text)
+    return "our own segmenter: " + text.split(": ", 1)[-1]
 
 
 def parse_embeddings(path):
@@ -39,7 +54,7 @@ def parse_embeddings(path):
 
 def check_with_our_encoder(yaml_path, texts, expected):
     """Compares our C++ tokenizer and encoder with the source framework. Returns a line of text."""
-    program = find_encode_tasks()
+    program = find_program("encode_tasks")
     if not program:
         return "our own text encoder: not built, not checked (scripts/build encode_tasks)"
     # A task has to be a name: those that are none are left out.

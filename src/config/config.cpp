@@ -6,6 +6,8 @@
 #include <numeric>
 #include <sstream>
 
+#include "task_scene_graph/core/files.h"
+
 namespace tsg::config {
 namespace {
 
@@ -35,6 +37,8 @@ std::size_t computeEditDistance(const std::string& a, const std::string& b) {
 ConfigError::ConfigError(const std::string& where, const std::vector<std::string>& violations)
     : std::runtime_error(joinLines(where, violations)) {}
 
+ConfigError::ConfigError(const std::string& problem) : std::runtime_error(problem) {}
+
 std::string findNearestName(const std::string& name, const std::vector<std::string>& candidates) {
   std::string nearest;
   std::size_t best = std::max<std::size_t>(2, name.size() / 3) + 1;
@@ -48,10 +52,23 @@ std::string findNearestName(const std::string& name, const std::vector<std::stri
 }
 
 YAML::Node loadYamlFile(const std::string& path) {
+  const std::string where = "YAML file '" + std::filesystem::absolute(path).string() + "'";
   try {
-    return YAML::LoadFile(path);
+    requireFile("YAML file", path);
+  } catch (const std::runtime_error& e) {
+    throw ConfigError(e.what());
+  }
+  try {
+    const std::vector<YAML::Node> documents = YAML::LoadAllFromFile(path);
+    if (documents.size() > 1) {
+      throw ConfigError(where, {"there are " + std::to_string(documents.size()) +
+                                " documents in it (lines '---'), expected one"});
+    }
+    return documents.empty() ? YAML::Node() : documents.front();
   } catch (const YAML::Exception& e) {
-    throw ConfigError("YAML file '" + path + "'", {e.what()});
+    const std::string line =
+        e.mark.is_null() ? "" : "line " + std::to_string(e.mark.line + 1) + ": ";
+    throw ConfigError(where, {line + "not YAML: " + e.msg});
   }
 }
 
@@ -73,11 +90,53 @@ std::string joinPath(const std::string& path, const std::string& name) {
   return path.empty() ? name : path + "/" + name;
 }
 
-Loader::Loader(const YAML::Node& map, std::string path, std::vector<std::string>& violations)
-    : map_(map), path_(std::move(path)), violations_(violations) {
+bool read(const YAML::Node& node, bool& value) {
+  const auto parsed = node.IsScalar() ? parseBool(node.Scalar()) : std::nullopt;
+  value = parsed.value_or(value);
+  return parsed.has_value();
+}
+
+bool read(const YAML::Node& node, int& value) {
+  const auto parsed = node.IsScalar() ? parseInteger(node.Scalar()) : std::nullopt;
+  value = parsed.value_or(value);
+  return parsed.has_value();
+}
+
+bool read(const YAML::Node& node, double& value) {
+  const auto parsed = node.IsScalar() ? parseNumber(node.Scalar()) : std::nullopt;
+  value = parsed.value_or(value);
+  return parsed.has_value();
+}
+
+bool read(const YAML::Node& node, std::string& value) {
+  if (!node.IsScalar() || !describeTyped(node).empty()) return false;
+  value = node.Scalar();
+  return true;
+}
+
+std::string mention(const std::string& source) { return source.empty() ? "" : " (" + source + ")"; }
+
+Loader::Loader(const Source& source, std::vector<std::string>& violations, Origins* origins)
+    : source_(source), map_(source.parameters), violations_(violations), origins_(origins) {
+  checkIsMap();
+}
+
+Loader::Loader(const Loader& parent, const YAML::Node& map, const std::string& group)
+    : source_(parent.source_),
+      map_(map),
+      path_(joinPath(parent.path_, group)),
+      violations_(parent.violations_),
+      origins_(parent.origins_) {
+  checkIsMap();
+}
+
+void Loader::checkIsMap() {
   if (!map_.IsDefined() || map_.IsNull() || map_.IsMap()) return;
-  violations_.push_back((path_.empty() ? "the configuration" : path_) +
-                        " is not a map of parameters");
+  report((path_.empty() ? "the configuration" : path_) + " is not a map of parameters");
+}
+
+void Loader::report(const std::string& problem) const {
+  violations_.push_back(problem + mention(source_.name));
 }
 
 YAML::Node Loader::take(const std::string& name) {
@@ -86,29 +145,65 @@ YAML::Node Loader::take(const std::string& name) {
   return const_cast<const YAML::Node&>(map_)[name];
 }
 
+void Loader::noteOrigin(const std::string& name) {
+  if (origins_ != nullptr) (*origins_)[joinPath(path_, name)] = source_.name;
+}
+
+void Loader::field(const char* name, std::filesystem::path& value, Range, const char*,
+                   const char*) {
+  const YAML::Node node = take(name);
+  if (!node.IsDefined()) return;
+  std::string text;
+  if (!read(node, text)) return wrongType(name, node, TypeName<std::filesystem::path>::value);
+  try {
+    value = expandPath(text, source_.folder);
+    noteOrigin(name);
+  } catch (const std::invalid_argument& e) {
+    report("parameter '" + joinPath(path_, name) + "': " + e.what());
+  }
+}
+
 void Loader::wrongType(const std::string& name, const YAML::Node& node,
                        const std::string& expected) {
-  const std::string value = node.IsScalar() ? node.Scalar() : YAML::Dump(node);
-  violations_.push_back("parameter '" + joinPath(path_, name) + "' is '" + value + "', expected " +
-                        expected);
+  const std::string parameter = "parameter '" + joinPath(path_, name) + "'";
+  if (node.IsNull()) {
+    report(parameter + " is empty, expected " + expected + "; for the default, remove it");
+    return;
+  }
+  const bool is_text = expected == TypeName<std::string>::value ||
+                       expected == TypeName<std::filesystem::path>::value;
+  const std::string typed = is_text && node.IsScalar() ? describeTyped(node) : "";
+  if (!typed.empty()) {
+    report(parameter + " is " + typed + ", expected " + expected +
+           ": put it in quotes (as `<param>`: type=\"str\")");
+    return;
+  }
+  const std::string value = formatNode(node);
+  const std::string hint = node.IsScalar() ? explainNumber(value) : "";
+  report(parameter + " is '" + value + "', expected " + expected + hint);
 }
 
 void Loader::finish() const {
   if (!map_.IsDefined() || !map_.IsMap()) return;
+  std::set<std::string> seen;
   for (const auto& entry : map_) {
-    const std::string key = entry.first.as<std::string>();
+    const std::string key = formatNode(entry.first);
+    const std::string parameter = "parameter '" + joinPath(path_, key) + "'";
+    if (!seen.insert(key).second) report(parameter + " is there twice, expected once");
     if (known_.count(key) != 0) continue;
     const std::string nearest = findNearestName(key, {known_.begin(), known_.end()});
-    violations_.push_back("unknown parameter '" + joinPath(path_, key) + "'" +
-                          (nearest.empty() ? "" : ", did you mean '" + nearest + "'?"));
+    report("unknown " + parameter + (nearest.empty() ? "" : ", did you mean '" + nearest + "'?"));
   }
 }
 
 void Checker::check(const std::string& name, double value, Range range, const std::string& unit) {
   if (value >= range.min && value <= range.max) return;
-  violations_.push_back("parameter '" + joinPath(path_, name) + "' is " + formatNumber(value) +
+  const std::string path = joinPath(path_, name);
+  const bool is_given = origins_ != nullptr && origins_->count(path) != 0;
+  violations_.push_back("parameter '" + path + "' is " + formatNumber(value) +
                         ", expected a value in " + formatRange(range) +
-                        (unit.empty() ? "" : " " + unit));
+                        (unit.empty() ? "" : " " + unit) +
+                        (is_given ? mention(origins_->at(path)) : ""));
 }
 
 void throwIfAny(const std::string& where, const std::vector<std::string>& violations) {

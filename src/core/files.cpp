@@ -43,6 +43,16 @@ class Cleanup {
 
 }  // namespace
 
+void requireFile(const std::string& what, const fs::path& path) {
+  const std::string where = what + " '" + fs::absolute(path).string() + "'";
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (status.type() == fs::file_type::not_found) throw std::runtime_error(where + " is not there");
+  if (fs::is_directory(status)) throw std::runtime_error(where + " is a folder, expected a file");
+  if (access(path.c_str(), R_OK) == 0) return;
+  throw std::runtime_error(where + " cannot be read: " + std::strerror(errno));
+}
+
 void writeFileAtomically(const fs::path& path, const std::function<void(std::ostream&)>& write) {
   std::error_code error;
   if (path.has_parent_path()) fs::create_directories(path.parent_path(), error);
@@ -59,6 +69,19 @@ void writeFileAtomically(const fs::path& path, const std::function<void(std::ost
   flushToDisk(temporary);
   fs::rename(temporary, path, error);
   if (error) fail(path, error.message());
+}
+
+std::string formatCount(std::size_t count, const std::string& singular) {
+  return std::to_string(count) + " " + singular + (count == 1 ? "" : "s");
+}
+
+std::string describeWritten(const fs::path& folder, const std::vector<WrittenFile>& files) {
+  std::string text;
+  for (const auto& file : files) {
+    text += (text.empty() ? "" : ", ") + file.name;
+    if (!file.content.empty()) text += " (" + file.content + ")";
+  }
+  return folder.empty() ? "wrote " + text : "wrote " + folder.string() + ": " + text;
 }
 
 }  // namespace tsg

@@ -19,10 +19,11 @@ void append(std::string& buffer, const T& value) {
   std::memcpy(&buffer[size], &value, sizeof(T));
 }
 
-std::string makeHeader(const Mesh& mesh, bool with_ids) {
+std::string makeHeader(const Mesh& mesh, bool with_ids, const std::string& frame) {
   std::ostringstream header;
   header << "ply\nformat binary_little_endian 1.0\n"
-         << "element vertex " << mesh.vertices.size() << "\n"
+         << (frame.empty() ? "" : "comment frame " + frame + "\n") << "element vertex "
+         << mesh.vertices.size() << "\n"
          << "property float x\nproperty float y\nproperty float z\n"
          << "property uchar red\nproperty uchar green\nproperty uchar blue\n"
          << (with_ids ? "property int object_id\n" : "") << "element face " << mesh.triangles.size()
@@ -51,12 +52,13 @@ void requireCount(const char* what, std::size_t count, const Mesh& mesh) {
                               std::to_string(mesh.vertices.size()) + ", one per vertex");
 }
 
-void write(const fs::path& path, const Mesh& mesh, const std::vector<std::int32_t>* object_ids) {
+void write(const fs::path& path, const Mesh& mesh, const std::vector<std::int32_t>* object_ids,
+           const std::string& frame) {
   requireCount("colours", mesh.colors.size(), mesh);
   if (object_ids != nullptr) requireCount("object ids", object_ids->size(), mesh);
   const fs::path temporary = path.string() + ".tmp";
   std::ofstream file(temporary, std::ios::binary | std::ios::trunc);
-  file << makeHeader(mesh, object_ids != nullptr) << makeBody(mesh, object_ids);
+  file << makeHeader(mesh, object_ids != nullptr, frame) << makeBody(mesh, object_ids);
   file.close();
   std::error_code error;
   if (file) fs::rename(temporary, path, error);
@@ -68,10 +70,20 @@ void write(const fs::path& path, const Mesh& mesh, const std::vector<std::int32_
 
 }  // namespace
 
-void writePly(const fs::path& path, const Mesh& mesh) { write(path, mesh, nullptr); }
+void writePly(const fs::path& path, const Mesh& mesh) { write(path, mesh, nullptr, ""); }
 
-void writePly(const fs::path& path, const Mesh& mesh, const std::vector<std::int32_t>& object_ids) {
-  write(path, mesh, &object_ids);
+void writePly(const fs::path& path, const Mesh& mesh, const std::vector<std::int32_t>& object_ids,
+              const std::string& frame) {
+  write(path, mesh, &object_ids, frame);
+}
+
+std::size_t countPlyVertices(const fs::path& path) {
+  const std::string element = "element vertex ";
+  std::ifstream file(path, std::ios::binary);
+  for (std::string line; line != "end_header" && std::getline(file, line);) {
+    if (line.rfind(element, 0) == 0) return std::stoul(line.substr(element.size()));
+  }
+  throw std::runtime_error("'" + path.string() + "' is no PLY file");
 }
 
 }  // namespace tsg::mapping

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <string>
-#include <vector>
+#include <filesystem>
 
-#include "stage_nodelet.h"
+#include "common_config.h"
 #include "task_scene_graph/pipeline/background_fusion.h"
 #include "task_scene_graph/pipeline/object_fusion.h"
 #include "task_scene_graph/ros/input_config.h"
@@ -13,10 +12,12 @@ namespace tsg::nodelets {
 
 /// Private parameters of the nodelet: those of its stages, and how they are fed.
 struct MeshFusionNodeletConfig {
+  static constexpr const char* kStage = "mesh_fusion";
+
   pipeline::BackgroundFusionConfig background_fusion;
   pipeline::ObjectFusionConfig object_fusion;
   ros_interface::InputConfig input;
-  std::string output;
+  std::filesystem::path output;
   double mesh_period_s = 1.0;
   double octomap_period_s = 1.0;
   int queue_size = 100;

@@ -2,6 +2,13 @@
 #include "task_scene_graph/ros/run_nodelets.h"
 
 int main(int argc, char** argv) {
-  return tsg::ros_interface::runNodelets(argc, argv, "mesh_fusion",
-                                         {{"task_scene_graph/MeshFusion", ""}});
+  constexpr const char* kUsage =
+      "usage: mesh_fusion_node [name:=other_name...] [_parameter:=value...]\n"
+      "Fuses depth into a mesh, object primitives and places: RGB-D images, tf, segmentation and\n"
+      "tracks -> mesh_blocks, mesh, object_primitives, place_graph.\n"
+      "Parameters are private ones (_config_file:=FILE.yaml reads a whole file of them);\n"
+      "docs/parameters.md or `rosrun task_scene_graph list_parameters` lists them, docs/\n"
+      "ros_interface.md the topics. launch/task_scene_graph.launch starts all stages.\n";
+  return tsg::ros_interface::runNodelets(
+      argc, argv, {"mesh_fusion", kUsage, {{"task_scene_graph/MeshFusion", ""}}});
 }

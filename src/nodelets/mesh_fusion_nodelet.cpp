@@ -68,8 +68,12 @@ class MeshFusionNodelet : public StageNodelet {
   void publishPlaces(Stamp stamp, bool force);
   void greetPrimitivesSubscriber(const ros::SingleSubscriberPublisher& subscriber);
   bool saveMesh(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
+  Stamp newestFrame() {
+    const std::lock_guard<std::mutex> lock(background_mutex_);
+    return newest_frame_;
+  }
   /// mesh.ply and the occupancy map's files. Waits for the graph of what was published last.
-  std::string writeMesh(Deadline deadline);
+  std::vector<WrittenFile> writeMesh(Deadline deadline);
 
   MeshFusionNodeletConfig config_;
   std::mutex background_mutex_;  ///< guards the four below
@@ -108,12 +112,16 @@ MeshFusionNodelet::~MeshFusionNodelet() {
   input_.reset();
   background_worker_->stop();
   object_worker_->stop();
-  if (config_.output.empty() || newest_frame_ == Stamp{}) return;
+  ros_interface::EndReport end{getName(), config_.output, {}, "", ""};
+  if (newest_frame_ == Stamp{}) end.reason = report().describeInput("colour image");
   try {
-    writeMesh(std::chrono::steady_clock::now());
+    if (end.reason.empty() && !end.folder.empty()) {
+      end.files = writeMesh(std::chrono::steady_clock::now());
+    }
   } catch (const std::exception& e) {
-    NODELET_ERROR_STREAM("mesh not saved: " << e.what());
+    end.problem = std::string("mesh not saved: ") + e.what();
   }
+  ros_interface::reportEnd(end);
 }
 
 void MeshFusionNodelet::start() {
@@ -155,10 +163,12 @@ void MeshFusionNodelet::startTopics() {
         *background_->occupancy(), background_mutex_);
   }
   save_server_ = serviceHandle().advertiseService("save_mesh", &MeshFusionNodelet::saveMesh, this);
+  const auto& tsdf = config_.background_fusion.background.tsdf;
   input_ = std::make_unique<ros_interface::RgbdInput>(
       handle, config_.input, report(),
       ros_interface::RgbdInput::Callbacks{[this](const RgbdFramePtr& frame) { onFrame(frame); },
-                                          [this] { onJumpBack(); }});
+                                          [this] { onJumpBack(); }},
+      plausibility::PlausibilityConfig{tsdf.min_range_m, tsdf.max_range_m});
   segmentation_subscriber_ = handle.subscribe(config_.input.segmentation_topic, 100,
                                               &MeshFusionNodelet::onSegmentation, this);
   tracks_subscriber_ = handle.subscribe("tracks", 1000, &MeshFusionNodelet::onTracks, this);
@@ -336,7 +346,9 @@ bool MeshFusionNodelet::saveMesh(std_srvs::Trigger::Request&,
                                  std_srvs::Trigger::Response& response) {
   try {
     if (config_.output.empty()) throw std::runtime_error("parameter 'output' is not set");
-    response.message = writeMesh(std::chrono::steady_clock::now() + std::chrono::seconds(5));
+    if (newestFrame() == Stamp{}) throw std::runtime_error(report().describeInput("colour image"));
+    const auto files = writeMesh(std::chrono::steady_clock::now() + std::chrono::seconds(5));
+    response.message = (config_.output / files.front().name).string();
     response.success = 1;
   } catch (const std::exception& e) {
     response.message = std::string("mesh not saved: ") + e.what();
@@ -345,19 +357,21 @@ bool MeshFusionNodelet::saveMesh(std_srvs::Trigger::Request&,
   return true;
 }
 
-std::string MeshFusionNodelet::writeMesh(Deadline deadline) {
-  const std::filesystem::path folder(config_.output);
+std::vector<WrittenFile> MeshFusionNodelet::writeMesh(Deadline deadline) {
+  const std::filesystem::path& folder = config_.output;
   std::filesystem::create_directories(folder);
   std::unique_lock<std::mutex> lock(background_mutex_);
   const Mesh mesh = background_->extractMesh();
   const Stamp newest_places = newest_places_;
-  pipeline::writeOccupancyFiles(folder, background_->occupancy());
+  std::vector<WrittenFile> files = pipeline::writeOccupancyFiles(folder, background_->occupancy());
   lock.unlock();
   const auto objects = object_follower_->findObjects(newest_places, deadline);
   const std::lock_guard<std::mutex> primitives_lock(primitives_mutex_);
-  pipeline::writeMeshFile(folder, mesh, primitives_, objects,
-                          config_.background_fusion.background.tsdf.voxel_size_m);
-  return (folder / "mesh.ply").string();
+  files.insert(files.begin(),
+               pipeline::writeMeshFile(folder, mesh, primitives_, objects,
+                                       config_.background_fusion.background.tsdf.voxel_size_m,
+                                       config_.input.world_frame));
+  return files;
 }
 
 }  // namespace tsg::nodelets

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
-#include "stage_nodelet.h"
+#include "common_config.h"
 #include "task_scene_graph/ros/scene_graph_markers.h"
 #include "task_scene_graph/scene_graph/config.h"
 
@@ -12,11 +13,13 @@ namespace tsg::nodelets {
 
 /// Private parameters of the nodelet: those of the stage, its files and its picture.
 struct SceneGraphNodeletConfig {
+  static constexpr const char* kStage = "scene_graph";
+
   scene_graph::SceneGraphConfig scene_graph;
-  std::string object_tasks;
-  std::string place_tasks;
-  std::string models;
-  std::string output;
+  std::filesystem::path object_tasks;
+  std::filesystem::path place_tasks;
+  std::filesystem::path models;
+  std::filesystem::path output;
   std::string world_frame = "world";
   bool with_embeddings = false;
   std::vector<std::string> upstream = {"segmenter", "tracker", "mesh_fusion"};

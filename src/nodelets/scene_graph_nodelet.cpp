@@ -1,32 +1,52 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <dynamic_reconfigure/server.h>
 #include <std_srvs/Trigger.h>
 #include <task_scene_graph/SceneGraphConfig.h>
 #include <visualization_msgs/MarkerArray.h>
 
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <mutex>
 #include <pluginlib/class_list_macros.hpp>
 
-#include "scene_graph_config.h"
+#include "chain_config.h"
 #include "stage_nodelet.h"
+#include "task_scene_graph/mapping/ply.h"
+#include "task_scene_graph/pipeline/map_files.h"
+#include "task_scene_graph/plausibility/embedding_checks.h"
 #include "task_scene_graph/ros/arrivals.h"
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/message_conversions.h"
+#include "task_scene_graph/ros/reconfigure_server.h"
 #include "task_scene_graph/ros/run_nodelets.h"
 #include "task_scene_graph/ros/scene_graph_conversions.h"
 #include "task_scene_graph/ros/scene_graph_markers.h"
+#include "task_scene_graph/ros/settings_follower.h"
 #include "task_scene_graph/ros/task_loader.h"
 #include "task_scene_graph/ros/topic_watch.h"
 #include "task_scene_graph/ros/worker.h"
 #include "task_scene_graph/scene_graph/builder.h"
-#include "task_scene_graph/scene_graph/files.h"
-#include "task_scene_graph/segmentation/model_set.h"
 
 namespace tsg::nodelets {
 
 using Tunables = ::task_scene_graph::SceneGraphConfig;  // generated from cfg/SceneGraph.cfg
+
+/// Copies the parameters that may be changed while running.
+template <typename From, typename To>
+void copyTunables(const From& from, To& to) {
+  to.object_alpha = from.object_alpha;
+  to.object_delta = from.object_delta;
+  to.object_top_k = from.object_top_k;
+  to.object_delta_bits = from.object_delta_bits;
+  to.place_alpha = from.place_alpha;
+  to.place_delta = from.place_delta;
+  to.place_top_k = from.place_top_k;
+  to.prune_null = from.prune_null;
+  to.min_object_score = from.min_object_score;
+}
+
+// What looks wrong with the embeddings is looked at so often: it costs tens of milliseconds.
+constexpr auto kFindingsPeriod = std::chrono::seconds(5);
 
 /// Primitives, places and tasks -> the scene graph, its markers and its files.
 class SceneGraphNodelet : public StageNodelet {
@@ -37,25 +57,38 @@ class SceneGraphNodelet : public StageNodelet {
   using Job = std::function<void(scene_graph::SceneGraphBuilder&)>;
 
   void start() override;
-  /// The model set suggests object_alpha where the user gives none.
-  void adoptAlphaOfModels();
+  void setTasks();
   void startTopics();
+  void startTunables();
   void check() override { watch_->check(); }
   msg::FinishResponse finish(const msg::FinishRequest& request, Deadline deadline) override;
 
   void onPrimitives(const msg::ObjectPrimitivesConstPtr& message);
   void onPlaces(const msg::PlaceGraphConstPtr& message);
+  /// @throws config::ConfigError for values out of range.
   void onTunables(const Tunables& tunables);
+  void noteTuned(const scene_graph::SceneGraphConfig& config);
   void process(const Job& job);
   void publish(const scene_graph::SceneGraphPtr& graph);
   bool saveMap(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   std::vector<std::string> finishChain();
-  void saveUpstreamMesh(std::vector<std::string>& problems);
-  void writeFiles();
+  /// Nothing if there is none, or if it could not be saved.
+  std::vector<WrittenFile> saveUpstreamMesh(std::vector<std::string>& problems);
+  std::vector<WrittenFile> writeFiles();
+  /// Nothing has arrived yet.
+  static bool isEmpty(const scene_graph::SceneGraphPtr& graph) {
+    return graph == nullptr || graph->stamp == Stamp{};
+  }
+  std::string explainEmpty() {
+    return "neither primitives nor places: " + report().describeInput("message");
+  }
+  std::vector<config::YamlLine> describeRun() const;
 
   SceneGraphNodeletConfig config_;
+  std::string model_set_name_;                               ///< "" without one
   std::unique_ptr<scene_graph::SceneGraphBuilder> builder_;  ///< the worker's own
   std::unique_ptr<ros_interface::SceneGraphMarkers> markers_;
+  std::chrono::steady_clock::time_point newest_findings_;  ///< the worker's own
   std::mutex graph_mutex_;
   scene_graph::SceneGraphPtr graph_;
   ros_interface::Arrivals primitives_;
@@ -65,7 +98,8 @@ class SceneGraphNodelet : public StageNodelet {
   ros::ServiceServer save_server_;
   std::unique_ptr<ros_interface::TopicWatch> watch_;
   std::unique_ptr<ros_interface::Worker<Job>> worker_;
-  std::unique_ptr<dynamic_reconfigure::Server<Tunables>> tunables_;
+  std::unique_ptr<ros_interface::ReconfigureServer<Tunables>> tunables_;
+  std::unique_ptr<ros_interface::SettingsFollower> upstream_settings_;
   ros::Subscriber primitives_subscriber_;
   ros::Subscriber places_subscriber_;
 };
@@ -77,28 +111,26 @@ SceneGraphNodelet::~SceneGraphNodelet() {
   places_subscriber_.shutdown();
   worker_->waitIdle(std::chrono::steady_clock::now() + std::chrono::seconds(10));
   worker_->stop();
-  if (config_.output.empty() || graph_ == nullptr || graph_->stamp == Stamp{}) return;
+  ros_interface::EndReport end{getName(), config_.output, {}, "", ""};
+  if (isEmpty(graph_)) end.reason = explainEmpty();
   try {
-    writeFiles();
+    if (end.reason.empty() && !end.folder.empty()) end.files = writeFiles();
   } catch (const std::exception& e) {
-    NODELET_ERROR_STREAM("map not saved: " << e.what());
+    end.problem = std::string("map not saved: ") + e.what();
   }
+  ros_interface::reportEnd(end);
 }
 
 void SceneGraphNodelet::start() {
-  config_ = loadConfig<SceneGraphNodeletConfig>();
+  config_ = loadConfig<SceneGraphNodeletConfig>(suggestFromModels);
   if (config_.object_tasks.empty()) {
     throw std::runtime_error("parameter '" + getPrivateNodeHandle().resolveName("object_tasks") +
                              "' is not set: it names the YAML file of the tasks (launch argument "
                              "object_tasks:=...)");
   }
-  const auto object_tasks = ros_interface::loadTaskList(config_.object_tasks, config_.models);
-  adoptAlphaOfModels();
-  builder_ = std::make_unique<scene_graph::SceneGraphBuilder>(config_.scene_graph);
-  builder_->setObjectTasks(object_tasks);
-  builder_->setPlaceTasks(config_.place_tasks.empty()
-                              ? object_tasks
-                              : ros_interface::loadTaskList(config_.place_tasks, config_.models));
+  builder_ =
+      std::make_unique<scene_graph::SceneGraphBuilder>(config_.scene_graph, config_.world_frame);
+  setTasks();
   markers_ =
       std::make_unique<ros_interface::SceneGraphMarkers>(config_.markers, config_.world_frame);
   worker_ =
@@ -106,11 +138,15 @@ void SceneGraphNodelet::start() {
   startTopics();
 }
 
-void SceneGraphNodelet::adoptAlphaOfModels() {
-  if (config_.models.empty() || getPrivateNodeHandle().hasParam("object_alpha")) return;
-  config_.scene_graph.object_alpha = segmentation::loadModelSet(config_.models).alpha;
-  // dynamic_reconfigure starts from the parameter server.
-  getPrivateNodeHandle().setParam("object_alpha", config_.scene_graph.object_alpha);
+void SceneGraphNodelet::setTasks() {
+  const auto tasks = ros_interface::loadChainTasks(
+      config_.object_tasks.string(), config_.place_tasks.string(), config_.models.string());
+  builder_->setObjectTasks(tasks.objects);
+  builder_->setPlaceTasks(tasks.places);
+  for (const auto& warning : tasks.warnings) report().warn(warning, warning);
+  if (!config_.models.empty()) {
+    model_set_name_ = segmentation::loadModelSet(config_.models.string()).name;
+  }
 }
 
 void SceneGraphNodelet::startTopics() {
@@ -118,14 +154,25 @@ void SceneGraphNodelet::startTopics() {
   graph_publisher_ = handle.advertise<msg::SceneGraph>("scene_graph", 10, true);
   marker_publisher_ =
       handle.advertise<visualization_msgs::MarkerArray>("scene_graph_markers", 10, true);
-  tunables_ = std::make_unique<dynamic_reconfigure::Server<Tunables>>(getPrivateNodeHandle());
-  tunables_->setCallback([this](Tunables& tunables, std::uint32_t) { onTunables(tunables); });
+  startTunables();
+  upstream_settings_ = std::make_unique<ros_interface::SettingsFollower>(handle, config_.upstream);
   primitives_subscriber_ =
       handle.subscribe("object_primitives", 1000, &SceneGraphNodelet::onPrimitives, this);
   places_subscriber_ = handle.subscribe("place_graph", 100, &SceneGraphNodelet::onPlaces, this);
   watch_ = std::make_unique<ros_interface::TopicWatch>(report(), config_.patience_s);
   watch_->add(places_subscriber_, "place_graph");
+  worker_->push([](scene_graph::SceneGraphBuilder&) {});  // publishes the empty graph
   save_server_ = serviceHandle().advertiseService("save_map", &SceneGraphNodelet::saveMap, this);
+}
+
+void SceneGraphNodelet::startTunables() {
+  Tunables initial = Tunables::__getDefault__();
+  copyTunables(config_.scene_graph, initial);
+  tunables_ = std::make_unique<ros_interface::ReconfigureServer<Tunables>>(
+      getPrivateNodeHandle(), initial,
+      ros_interface::ReconfigureServer<Tunables>::Callbacks{
+          [this](const Tunables& tunables) { onTunables(tunables); },
+          [this](const std::string& problem) { report().warn(problem, problem); }});
 }
 
 void SceneGraphNodelet::onPrimitives(const msg::ObjectPrimitivesConstPtr& message) {
@@ -151,19 +198,24 @@ void SceneGraphNodelet::onPlaces(const msg::PlaceGraphConstPtr& message) {
 }
 
 void SceneGraphNodelet::onTunables(const Tunables& tunables) {
-  worker_->push([this, tunables](scene_graph::SceneGraphBuilder& builder) {
-    scene_graph::SceneGraphConfig config = config_.scene_graph;
-    config.object_alpha = tunables.object_alpha;
-    config.object_delta = tunables.object_delta;
-    config.object_top_k = tunables.object_top_k;
-    config.object_delta_bits = tunables.object_delta_bits;
-    config.place_alpha = tunables.place_alpha;
-    config.place_delta = tunables.place_delta;
-    config.place_top_k = tunables.place_top_k;
-    config.prune_null = tunables.prune_null;
-    config.min_object_score = tunables.min_object_score;
-    builder.setConfig(config);
-  });
+  scene_graph::SceneGraphConfig config = config_.scene_graph;
+  copyTunables(tunables, config);
+  config::validate(config, getName());
+  noteTuned(config);
+  worker_->push([config](scene_graph::SceneGraphBuilder& builder) { builder.setConfig(config); });
+}
+
+void SceneGraphNodelet::noteTuned(const scene_graph::SceneGraphConfig& config) {
+  std::map<std::string, std::string> values;
+  for (const auto& setting : config::listSettings(config, {})) values[setting.name] = setting.value;
+  config::StageSettings all = settings();
+  for (auto& setting : all.settings) {
+    const auto found = values.find(setting.name);
+    if (found == values.end() || found->second == setting.value) continue;
+    setting.value = found->second;
+    setting.origin = "dynamic_reconfigure";
+  }
+  setSettings(all);
 }
 
 void SceneGraphNodelet::process(const Job& job) {
@@ -195,6 +247,14 @@ void SceneGraphNodelet::publish(const scene_graph::SceneGraphPtr& graph) {
   report().set("objects", std::to_string(graph->objects.size()));
   report().set("places", std::to_string(graph->places->places.size()));
   report().set("regions", std::to_string(graph->regions.size()));
+  const auto now = std::chrono::steady_clock::now();
+  if (now - newest_findings_ < kFindingsPeriod) return;
+  newest_findings_ = now;
+  std::map<std::string, std::string> findings;
+  for (const auto& finding : plausibility::checkGraph(*builder_, *graph)) {
+    findings.emplace(finding.check, plausibility::toText(finding));
+  }
+  report().setFindings(std::move(findings));
 }
 
 msg::FinishResponse SceneGraphNodelet::finish(const msg::FinishRequest& request,
@@ -214,14 +274,17 @@ bool SceneGraphNodelet::saveMap(std_srvs::Trigger::Request&,
   try {
     if (config_.output.empty()) throw std::runtime_error("parameter 'output' is not set");
     std::vector<std::string> problems = finishChain();
-    writeFiles();
-    saveUpstreamMesh(problems);
+    const std::vector<WrittenFile> mesh = saveUpstreamMesh(problems);
     for (const auto& problem : problems) report().warn("save_map", problem);
-    response.message = std::filesystem::absolute(config_.output).string();
+    std::vector<WrittenFile> files = writeFiles();
+    files.insert(files.end(), mesh.begin(), mesh.end());
+    NODELET_INFO_STREAM("[" << getName() << "] " << describeWritten(config_.output, files));
+    response.message = config_.output.string();
     response.success = 1;
   } catch (const std::exception& e) {
-    response.message = std::string("map not saved: ") + e.what();
+    response.message = std::string("no map was written: ") + e.what();
     response.success = 0;
+    NODELET_ERROR_STREAM("[" << getName() << "] " << response.message);
   }
   return true;
 }
@@ -238,28 +301,40 @@ std::vector<std::string> SceneGraphNodelet::finishChain() {
   return upstream.problems;
 }
 
-void SceneGraphNodelet::saveUpstreamMesh(std::vector<std::string>& problems) {
-  if (config_.upstream.empty()) return;
+std::vector<WrittenFile> SceneGraphNodelet::saveUpstreamMesh(std::vector<std::string>& problems) {
+  if (config_.upstream.empty()) return {};
   const std::string service =
       getNodeHandle().resolveName(ros::names::append(config_.upstream.back(), "save_mesh"));
   std_srvs::Trigger call;
-  if (!ros::service::exists(service, false)) return;
+  if (!ros::service::exists(service, false)) return {};
   if (!ros::service::call(service, call) || call.response.success == 0) {
     problems.push_back(service + ": " + call.response.message);
+    return {};
   }
+  const std::filesystem::path path = call.response.message;
+  const std::string name = path.parent_path() == config_.output ? "mesh.ply" : path.string();
+  return {{name, std::to_string(mapping::countPlyVertices(path)) + " vertices"}};
 }
 
-void SceneGraphNodelet::writeFiles() {
+std::vector<WrittenFile> SceneGraphNodelet::writeFiles() {
   scene_graph::SceneGraphPtr graph;
   {
     const std::lock_guard<std::mutex> lock(graph_mutex_);
     graph = graph_;
   }
-  if (graph == nullptr) throw std::runtime_error("there is no graph yet");
-  const std::filesystem::path folder(config_.output);
-  std::filesystem::create_directories(folder);
-  scene_graph::writeSparkDsg((folder / "scene_graph.json").string(), *graph);
-  scene_graph::writeSummary((folder / "summary.json").string(), *graph);
+  if (isEmpty(graph)) throw std::runtime_error(explainEmpty());
+  std::filesystem::create_directories(config_.output);
+  std::vector<WrittenFile> files = pipeline::writeGraphFiles(config_.output, *graph);
+  std::vector<config::StageSettings> stages = upstream_settings_->settings();
+  stages.push_back(settings());
+  files.push_back(pipeline::writeSettingsFile(config_.output, describeRun(), stages));
+  return files;
+}
+
+std::vector<config::YamlLine> SceneGraphNodelet::describeRun() const {
+  std::vector<config::YamlLine> lines{{"program", config::quoteYaml("live, " + getName()), ""}};
+  lines.push_back({"model_set", config::quoteYaml(model_set_name_), ""});
+  return lines;
 }
 
 }  // namespace tsg::nodelets

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <string>
+#include <filesystem>
 
-#include "stage_nodelet.h"
+#include "common_config.h"
 #include "task_scene_graph/ros/input_config.h"
 #include "task_scene_graph/segmentation/segmenter.h"
 
@@ -11,9 +11,11 @@ namespace tsg::nodelets {
 
 /// Private parameters of the nodelet: those of its stage, and how it is fed.
 struct SegmenterNodeletConfig {
+  static constexpr const char* kStage = "segmenter";
+
   segmentation::SegmenterConfig segmenter;
   ros_interface::InputConfig input;
-  std::string models;
+  std::filesystem::path models;
   CommonConfig common;
 
   template <typename Self, typename Visitor>

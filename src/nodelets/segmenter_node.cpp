@@ -2,6 +2,12 @@
 #include "task_scene_graph/ros/run_nodelets.h"
 
 int main(int argc, char** argv) {
-  return tsg::ros_interface::runNodelets(argc, argv, "segmenter",
-                                         {{"task_scene_graph/Segmenter", ""}});
+  constexpr const char* kUsage =
+      "usage: segmenter_node [name:=other_name...] [_parameter:=value...]\n"
+      "Segments colour images and embeds the segments: camera/color/image_raw -> segmentation.\n"
+      "Parameters are private ones (_config_file:=FILE.yaml reads a whole file of them);\n"
+      "docs/parameters.md or `rosrun task_scene_graph list_parameters` lists them, docs/\n"
+      "ros_interface.md the topics. launch/task_scene_graph.launch starts all stages.\n";
+  return tsg::ros_interface::runNodelets(
+      argc, argv, {"segmenter", kUsage, {{"task_scene_graph/Segmenter", ""}}});
 }

@@ -55,8 +55,8 @@ void SegmenterNodelet::start() {
         "README says where models come from and how to export them. A bag that holds a recorded "
         "segmentation needs none: recorded_segmentation:=true");
   }
-  segmenter_ = std::make_unique<segmentation::Segmenter>(segmentation::loadModelSet(config.models),
-                                                         config.segmenter);
+  segmenter_ = std::make_unique<segmentation::Segmenter>(
+      segmentation::loadModelSet(config.models.string()), config.segmenter);
   publisher_ = getNodeHandle().advertise<msg::Segmentation>("segmentation", 100);
   overlay_publisher_ = getNodeHandle().advertise<sensor_msgs::Image>("segmentation_overlay", 2);
   worker_ = std::make_unique<ros_interface::Worker<ros_interface::SourceImage>>(

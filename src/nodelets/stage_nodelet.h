@@ -8,8 +8,11 @@
 
 #include <chrono>
 #include <memory>
+#include <mutex>
 #include <string>
 
+#include "task_scene_graph/config/settings.h"
+#include "task_scene_graph/ros/end_report.h"
 #include "task_scene_graph/ros/messages.h"
 #include "task_scene_graph/ros/parameters.h"
 #include "task_scene_graph/ros/stage_report.h"
@@ -19,8 +22,9 @@ namespace tsg::nodelets {
 using Deadline = std::chrono::steady_clock::time_point;
 
 /// What every stage's nodelet has: a start that names what is wrong, diagnostics, the service
-/// `~finish`, and a once-a-second look around. Services run in a thread of their own, so that one
-/// that waits never holds up the manager's threads.
+/// `~finish`, the latched topic `~settings` with the parameters in force, and a once-a-second look
+/// around. Services run in a thread of their own, so that one that waits never holds up the
+/// manager's threads.
 ///
 /// A derived class calls `stopServices()` first thing in its destructor.
 class StageNodelet : public nodelet::Nodelet {
@@ -38,17 +42,27 @@ class StageNodelet : public nodelet::Nodelet {
   /// Private node handle whose callbacks run in the services' thread.
   ros::NodeHandle& serviceHandle() { return service_handle_; }
 
-  /// Private parameters as a checked configuration.
+  /// The parameters out of all their sources (ros/parameters.h) as a checked configuration.
+  /// @param suggest  what the model set suggests, if it suggests anything to this stage
   template <typename Config>
-  Config loadConfig() {
-    return ros_interface::loadParameters<Config>(getPrivateNodeHandle());
+  Config loadConfig(const ros_interface::Suggest<Config>& suggest = nullptr) {
+    const auto loaded = ros_interface::loadParameters(getPrivateNodeHandle(), suggest);
+    setSettings({Config::kStage, config::listSettings(loaded.config, loaded.origins)});
+    return loaded.config;
   }
+  /// Says what holds, also to `~settings` once the stage has started.
+  void setSettings(config::StageSettings settings);
+  config::StageSettings settings() const;
 
  private:
   void onInit() final;
+  void publishSettings();
   void look();
   bool serveFinish(msg::FinishRequest& request, msg::FinishResponse& response);
 
+  mutable std::mutex settings_mutex_;  ///< guards the two below
+  config::StageSettings settings_;
+  ros::Publisher settings_publisher_;
   std::unique_ptr<ros_interface::StageReport> report_;
   std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
   ros::CallbackQueue service_queue_;
@@ -56,17 +70,6 @@ class StageNodelet : public nodelet::Nodelet {
   ros::ServiceServer finish_server_;
   std::unique_ptr<ros::AsyncSpinner> service_spinner_;
   ros::WallTimer timer_;
-};
-
-/// Parameters that every stage has besides its own.
-struct CommonConfig {
-  double diagnostic_period = 1.0;
-
-  template <typename Self, typename Visitor>
-  static void visit(Self& self, Visitor& v) {
-    v.field("diagnostic_period", self.diagnostic_period, {0.05, 60.0}, "s",
-            "wall time between two messages on /diagnostics");
-  }
 };
 
 }  // namespace tsg::nodelets

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <string>
-
-#include "stage_nodelet.h"
+#include "common_config.h"
 #include "task_scene_graph/ros/input_config.h"
 #include "task_scene_graph/tracking/tracker.h"
 
@@ -11,6 +9,8 @@ namespace tsg::nodelets {
 
 /// Private parameters of the nodelet: those of its stage, and how it is fed.
 struct TrackerNodeletConfig {
+  static constexpr const char* kStage = "tracker";
+
   tracking::TrackerConfig tracker;
   ros_interface::InputConfig input;
   int frame_cache = 150;

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <atomic>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <pluginlib/class_list_macros.hpp>
 
 #include "stage_nodelet.h"
+#include "task_scene_graph/plausibility/embedding_checks.h"
 #include "task_scene_graph/ros/arrivals.h"
 #include "task_scene_graph/ros/frame_matcher.h"
 #include "task_scene_graph/ros/geometry_conversions.h"
@@ -40,6 +42,7 @@ class TrackerNodelet : public StageNodelet {
   void enqueue(std::optional<ros_interface::FrameMatcher::Match> match);
   void process(const Job& job);
   void publish(TrackedFrame tracked);
+  void reportFindings();
   void startAnew();
   void checkIdle();
 
@@ -108,6 +111,7 @@ void TrackerNodelet::process(const Job& job) {
     publish(frame != nullptr ? tracker_->update(*frame, *alignToFrame(*frame, segmentation))
                              : tracker_->finish());
     if (frame != nullptr) report().countProcessed(timer.elapsedMs());
+    reportFindings();
     if (job.is_new_start) startAnew();
   } catch (const std::exception& e) {
     report().countDropped("error", std::string("dropped a frame: ") + e.what());
@@ -127,6 +131,14 @@ void TrackerNodelet::publish(TrackedFrame tracked) {
   const std::lock_guard<std::mutex> lock(published_mutex_);
   if (!tracked.finished.empty()) last_finished_id_ = tracked.finished.back().id.value;
   last_stamp_ = tracked.stamp;
+}
+
+void TrackerNodelet::reportFindings() {
+  std::map<std::string, std::string> findings;
+  if (const auto finding = plausibility::checkTracker(tracker_->counters(), config_.tracker)) {
+    findings.emplace(finding->check, plausibility::toText(*finding));
+  }
+  report().setFindings(std::move(findings));
 }
 
 void TrackerNodelet::startAnew() {

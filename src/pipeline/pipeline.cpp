@@ -7,12 +7,13 @@ namespace tsg::pipeline {
 
 Pipeline::Pipeline(const PipelineConfig& config, const scene_graph::TaskList& object_tasks,
                    const scene_graph::TaskList& place_tasks,
-                   std::unique_ptr<segmentation::Segmenter> segmenter)
+                   std::unique_ptr<segmentation::Segmenter> segmenter,
+                   const std::string& world_frame)
     : segmenter_(std::move(segmenter)),
       tracker_(config.tracker),
       background_(config.mesh_fusion.background_fusion),
       objects_(config.mesh_fusion.object_fusion),
-      scene_graph_(config.scene_graph) {
+      scene_graph_(config.scene_graph, world_frame) {
   scene_graph_.setObjectTasks(object_tasks);
   scene_graph_.setPlaceTasks(place_tasks);
 }

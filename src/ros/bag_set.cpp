@@ -99,15 +99,27 @@ std::string BagSet::typeOf(const std::string& topic) {
   return connections.empty() ? "" : connections.front()->datatype;
 }
 
-std::string BagSet::listTopics() {
+std::map<std::string, std::string> BagSet::mapTypes() {
   rosbag::View view;
   for (const auto& bag : bags_) view.addQuery(*bag);
   std::map<std::string, std::string> types;
   for (const auto* connection : view.getConnections()) {
     types[connection->topic] = connection->datatype;
   }
+  return types;
+}
+
+std::vector<std::string> BagSet::findTopics(const std::vector<std::string>& types) {
+  std::vector<std::string> topics;
+  for (const auto& [topic, type] : mapTypes()) {
+    if (std::find(types.begin(), types.end(), type) != types.end()) topics.push_back(topic);
+  }
+  return topics;
+}
+
+std::string BagSet::listTopics() {
   std::string text;
-  for (const auto& [topic, type] : types) text += "\n  " + topic + " (" + type + ")";
+  for (const auto& [topic, type] : mapTypes()) text += "\n  " + topic + " (" + type + ")";
   return text;
 }
 

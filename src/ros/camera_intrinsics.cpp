@@ -11,6 +11,7 @@
 #include <sstream>
 #include <vector>
 
+#include "task_scene_graph/core/files.h"
 #include "task_scene_graph/ros/image_conversions.h"
 #include "task_scene_graph/ros/source_image.h"
 
@@ -116,7 +117,8 @@ sensor_msgs::CameraInfo fromYaml(const std::string& text, const std::string& pat
   failFormat(path, "no camera_matrix, and no fx, in it");
 }
 
-std::string readFile(const std::string& path) {
+std::string readFile(const std::string& name) {
+  const std::string path = expandPath(name).string();
   std::ifstream file(path);
   if (!file) failFormat(path, "neither numbers nor a file that can be opened");
   std::ostringstream text;
@@ -211,7 +213,9 @@ cv::Mat toRotation(const sensor_msgs::CameraInfo& info) {
 
 ImageWarpPtr makeRectification(const sensor_msgs::CameraInfo& info, const CameraModel& raw,
                                const CameraModel& rectified, const std::string& topic) {
+  requireFinite(info.D, "D", topic);
   if (!hasDistortion(info)) return nullptr;
+  requireFinite(info.R, "R", topic);
   checkDistortion(info, topic);
   const cv::Mat distortion(info.D, true);
   const cv::Mat rotation = toRotation(info);
@@ -279,8 +283,6 @@ Intrinsics toIntrinsics(const sensor_msgs::CameraInfo& info, cv::Size size,
 void checkCameraInfo(const sensor_msgs::CameraInfo& info, const std::string& topic) {
   requireFinite(info.K, "K", topic);
   requireFinite(info.P, "P", topic);
-  requireFinite(info.D, "D", topic);
-  requireFinite(info.R, "R", topic);
   try {
     toModel(info.P, {1, 1}).fx_px > 0.0 ? toModel(info.P, {1, 1}).validate()
                                         : toModel(info.K, {1, 1}).validate();

@@ -158,10 +158,10 @@ void FrameAssembler::makeFrame(const PairMatcher::Pair& pair) {
 }
 
 void FrameAssembler::dropUnmatched(const PairMatcher::Unmatched& unmatched) {
-  const bool is_nearest =
-      unmatched.nearest_s &&
-      (counters_.unmatched_colors == 0 || *unmatched.nearest_s < counters_.nearest_unmatched_s);
-  if (is_nearest) counters_.nearest_unmatched_s = *unmatched.nearest_s;
+  auto& least_s = counters_.nearest_unmatched_s;
+  if (unmatched.nearest_s) {
+    least_s = least_s ? std::min(*least_s, *unmatched.nearest_s) : *unmatched.nearest_s;
+  }
   ++counters_.unmatched_colors;
   const std::string at =
       " of the colour image at " + formatSeconds(unmatched.color.stamp().seconds()) + " s";

@@ -24,6 +24,10 @@ namespace encodings = sensor_msgs::image_encodings;
 /// An empty `encoding` shares the message's pixels.
 cv_bridge::CvImageConstPtr share(const sensor_msgs::ImageConstPtr& message,
                                  const std::string& topic, const std::string& encoding) {
+  if (message->width == 0 || message->height == 0) {
+    throw InputError("image on " + topic + " is " + std::to_string(message->width) + "x" +
+                     std::to_string(message->height) + ", expected at least one pixel");
+  }
   try {
     return cv_bridge::toCvShare(message, encoding);
   } catch (const std::exception& e) {

@@ -24,7 +24,7 @@ void checkInput(const InputConfig& config) {
   std::vector<std::string> violations;
   if (!config.pose_topic.empty() && !config.trajectory.empty()) {
     violations.push_back("'pose_topic' is '" + config.pose_topic + "' and 'trajectory' is '" +
-                         config.trajectory + "', expected one of them");
+                         config.trajectory.string() + "', expected one of them");
   }
   const double metres = toMetresPerUnit(config.depth_scale);
   if (metres != 0.0 && metres < kLeastMetresPerUnit) {

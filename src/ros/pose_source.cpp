@@ -116,7 +116,7 @@ Pose toOptical(CameraAxes axes) {
 PoseSource::PoseSource(const InputConfig& config, const tf2::BufferCore& tf)
     : config_(checkedWithoutSlashes(config)), tf_(tf) {
   if (config_.trajectory.empty()) return;
-  trajectory_ = loadTumTrajectory(config_.trajectory);
+  trajectory_ = loadTumTrajectory(config_.trajectory.string());
   parent_frame_ = config_.world_frame;
 }
 
@@ -249,7 +249,7 @@ PoseSource::Answer PoseSource::explainMissingPose(Stamp stamp) const {
 
 std::string PoseSource::sourceName() const {
   return config_.trajectory.empty() ? "on " + config_.pose_topic
-                                    : "in trajectory '" + config_.trajectory + "'";
+                                    : "in trajectory '" + config_.trajectory.string() + "'";
 }
 
 std::string PoseSource::note() const {

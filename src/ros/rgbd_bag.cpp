@@ -126,12 +126,23 @@ class RgbdBag::Implementation {
                              bags_.listTopics());
   }
 
+  /// /tf and /tf_static, or, where there are none, those of a robot's namespace.
+  std::vector<std::string> findTransforms() {
+    auto topics = bags_.findTopics({"tf2_msgs/TFMessage", "tf/tfMessage"});
+    const auto is_global = [](const std::string& t) { return t == "/tf" || t == "/tf_static"; };
+    if (std::any_of(topics.begin(), topics.end(), is_global)) topics = {"/tf", "/tf_static"};
+    return topics;
+  }
+
   void readTransforms() {
-    bags_.forEach({"/tf", "/tf_static"}, [this](const rosbag::MessageInstance& message) {
+    const auto topics = findTransforms();
+    if (topics.empty()) return;
+    bags_.forEach(topics, [this](const rosbag::MessageInstance& message) {
       read(message, [&] {
         const auto transforms = message.instantiate<tf2_msgs::TFMessage>();
         if (!transforms) return;
-        const bool is_static = message.getTopic() == "/tf_static";
+        const std::string& topic = message.getTopic();
+        const bool is_static = topic.substr(topic.rfind('/')) == "/tf_static";
         for (const auto& transform : transforms->transforms) addTransform(transform, is_static);
       });
       return true;

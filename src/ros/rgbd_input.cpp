@@ -12,6 +12,7 @@ constexpr std::size_t kColor = 0;
 constexpr std::size_t kDepth = 1;
 // Seconds without any colour image after which no partner is waited for.
 constexpr int kQuietChecks = 3;
+constexpr auto kFindingsPeriod = std::chrono::seconds(3);
 
 PoseWaiter::Options toWaiterOptions(const InputConfig& config) {
   return {static_cast<std::size_t>(config.queue_size), config.tf_timeout_s};
@@ -26,15 +27,22 @@ void checkInputFiles(const InputConfig& config) {
 }
 
 RgbdInput::RgbdInput(const ::ros::NodeHandle& handle, const InputConfig& config,
-                     StageReport& report, Callbacks callbacks)
+                     StageReport& report, Callbacks callbacks,
+                     const std::optional<plausibility::PlausibilityConfig>& plausibility)
     : config_(config),
       report_(report),
       callbacks_(std::move(callbacks)),
+      plausibility_(plausibility ? std::make_unique<InputPlausibilityReport>(
+                                       *plausibility, config.sync_tolerance_s)
+                                 : nullptr),
       watch_(report, config.patience_s),
       poses_(config, tf_buffer_),
       pose_waiter_(
           poses_, toWaiterOptions(config), [] { return ::ros::Time::now().toSec(); },
-          [this](RgbdFramePtr frame) { callbacks_.on_frame(std::move(frame)); },
+          [this](RgbdFramePtr frame) {
+            if (plausibility_) plausibility_->addFrame(*frame);
+            callbacks_.on_frame(std::move(frame));
+          },
           [this](PoseWaiter::Reason reason, const std::string& text) {
             const bool is_full = reason == PoseWaiter::Reason::kQueueFull;
             report_.countDropped(is_full ? "pose queue full" : poses_.reason(),
@@ -139,8 +147,23 @@ void RgbdInput::jumpBack() {
 }
 
 void RgbdInput::flush() {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  assembler_->flush();
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    assembler_->flush();
+  }
+  reportFindings();
+}
+
+void RgbdInput::reportFindings() {
+  if (!plausibility_) return;
+  FrameAssembler::Counters counters;
+  FrameAssembler::FrameIds ids;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    counters = assembler_->counters();
+    ids = assembler_->frameIds();
+  }
+  report_.setFindings(plausibility_->makeReport(counters, ids));
 }
 
 void RgbdInput::check() {
@@ -149,6 +172,11 @@ void RgbdInput::check() {
   watch_.check();
   poses_.forgetOld();
   if (const std::string note = poses_.note(); !note.empty()) report_.warn("pose frame", note);
+  const auto now = std::chrono::steady_clock::now();
+  if (now - newest_findings_ > kFindingsPeriod) {
+    newest_findings_ = now;
+    reportFindings();
+  }
   const std::lock_guard<std::mutex> lock(mutex_);
   const auto& counters = assembler_->counters();
   num_quiet_checks_ = counters.colors == num_colors_at_check_ ? num_quiet_checks_ + 1 : 0;

@@ -117,6 +117,7 @@ msg::SceneGraphPtr toMessage(const scene_graph::SceneGraph& graph, const std::st
 scene_graph::SceneGraph fromMessage(const msg::SceneGraph& message) {
   scene_graph::SceneGraph graph;
   graph.stamp = toStamp(message.header.stamp);
+  graph.world_frame = message.header.frame_id;
   graph.object_tasks = message.object_tasks;
   graph.place_tasks = message.place_tasks;
   for (const auto& object : message.objects) graph.objects.push_back(toObject(object));

@@ -6,6 +6,9 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
+
+#include "task_scene_graph/core/files.h"
 
 namespace tsg::ros_interface {
 namespace {
@@ -56,6 +59,16 @@ void StageReport::set(const std::string& key, const std::string& value) {
   lines_[key] = value;
 }
 
+void StageReport::setFindings(std::map<std::string, std::string> findings) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (const auto& [key, text] : findings) {
+    if (logged_findings_.insert(key).second) {
+      ROS_WARN_STREAM("[" << name_ << "] plausibility: " << text);
+    }
+  }
+  findings_ = std::move(findings);
+}
+
 std::uint64_t StageReport::inputs() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return inputs_;
@@ -72,9 +85,26 @@ std::uint64_t StageReport::dropped(const std::string& reason) const {
   return found == dropped_.end() ? 0 : found->second;
 }
 
+std::string StageReport::describeInput(const std::string& input) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  std::vector<std::pair<std::uint64_t, std::string>> drops;
+  for (const auto& [reason, count] : dropped_) drops.emplace_back(count, reason);
+  if (inputs_ == 0 && drops.empty()) return "no " + input + " arrived";
+  std::sort(drops.rbegin(), drops.rend());  // the most frequent reason first
+  std::string text;
+  for (const auto& [count, reason] : drops) {
+    text += (text.empty() ? "" : ", ") + std::to_string(count) + " dropped: " + reason;
+  }
+  const std::string all = formatCount(inputs_, input);
+  const std::string used = processed_ == 0 ? "none" : std::to_string(processed_);
+  return all + " arrived, " + used + " was usable" + (text.empty() ? "" : " (" + text + ")");
+}
+
 void StageReport::fill(diagnostic_updater::DiagnosticStatusWrapper& status) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (newest_problem_.empty()) {
+  if (newest_problem_.empty() && !findings_.empty()) {
+    status.summary(diagnostic_msgs::DiagnosticStatus::WARN, findings_.begin()->second);
+  } else if (newest_problem_.empty()) {
     status.summary(diagnostic_msgs::DiagnosticStatus::OK,
                    inputs_ == 0 ? "no input yet" : "running");
   } else {
@@ -88,6 +118,7 @@ void StageReport::fill(diagnostic_updater::DiagnosticStatusWrapper& status) {
   status.add("images copied", images_copied_);
   status.addf("pixels of the last image", "%p", last_pixels_);
   fillDurations(status);
+  for (const auto& [key, text] : findings_) status.add("plausibility: " + key, text);
   for (const auto& [key, value] : lines_) status.add(key, value);
 }
 

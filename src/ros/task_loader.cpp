@@ -19,4 +19,21 @@ scene_graph::TaskList loadTaskList(const std::string& path, const std::string& m
   return tasks;
 }
 
+ChainTasks loadChainTasks(const std::string& object_path, const std::string& place_path,
+                          const std::string& models_path) {
+  ChainTasks tasks;
+  const auto warn = [&](const std::string& path, const std::string& consequence) {
+    tasks.warnings.push_back("task file '" + path + "' holds no task: " + consequence);
+  };
+  tasks.objects = loadTaskList(object_path, models_path);
+  tasks.places = place_path.empty() ? tasks.objects : loadTaskList(place_path, models_path);
+  const bool has_own_places = !place_path.empty();
+  if (tasks.objects.size() == 0) {
+    warn(object_path, has_own_places ? "there will be no objects"
+                                     : "there will be no objects, and regions will have no names");
+  }
+  if (has_own_places && tasks.places.size() == 0) warn(place_path, "regions will have no names");
+  return tasks;
+}
+
 }  // namespace tsg::ros_interface

@@ -33,8 +33,9 @@ PlaceId findNearestPlace(const PlaceGraph& graph, const Eigen::Vector3d& positio
 
 }  // namespace
 
-SceneGraphBuilder::SceneGraphBuilder(const SceneGraphConfig& config)
+SceneGraphBuilder::SceneGraphBuilder(const SceneGraphConfig& config, std::string world_frame)
     : config_(validated(config)),
+      world_frame_(std::move(world_frame)),
       objects_(std::make_unique<ObjectLayer>(config)),
       regions_(std::make_unique<RegionLayer>(config)) {}
 
@@ -76,6 +77,7 @@ SceneGraphPtr SceneGraphBuilder::snapshot() {
   if (snapshot_) return snapshot_;
   auto graph = std::make_shared<SceneGraph>();
   graph->config = config_;
+  graph->world_frame = world_frame_;
   graph->object_tasks = objects_->tasks().names;
   graph->place_tasks = regions_->tasks().names;
   graph->primitives = objects_->primitives();

@@ -159,4 +159,10 @@ std::vector<ObjectPrimitivePtr> ObjectLayer::primitives() const {
   return list;
 }
 
+CosineSummary ObjectLayer::summarizeCosines() const {
+  std::vector<const Embedding*> embeddings;
+  for (const auto& entry : primitives_) embeddings.push_back(&entry.second->embedding);
+  return scene_graph::summarizeCosines(embeddings, scorer_);
+}
+
 }  // namespace tsg::scene_graph

@@ -201,4 +201,10 @@ void RegionLayer::nameRegion(Region& region) const {
   region.task = tasks_.names[static_cast<std::size_t>(best.task_index)];
 }
 
+CosineSummary RegionLayer::summarizeCosines() const {
+  std::vector<const Embedding*> embeddings;
+  for (const Place& place : places_->places) embeddings.push_back(&place.embedding);
+  return scene_graph::summarizeCosines(embeddings, scorer_);
+}
+
 }  // namespace tsg::scene_graph

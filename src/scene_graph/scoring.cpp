@@ -13,6 +13,28 @@ TaskScore findBestTask(const Embedding& embedding, const bottleneck::TaskScorer&
   return {static_cast<int>(best - cosines.begin()), *best};
 }
 
+CosineSummary summarizeCosines(const std::vector<const Embedding*>& embeddings,
+                               const bottleneck::TaskScorer& tasks) {
+  CosineSummary summary;
+  std::vector<double> best;
+  for (const Embedding* embedding : embeddings) {
+    if (embedding->size() != tasks.dimension()) continue;
+    const TaskScore score = findBestTask(*embedding, tasks);
+    if (score.task_index < 0) continue;
+    if (best.empty() || score.cosine > summary.highest) {
+      summary.highest = score.cosine;
+      summary.task_index = score.task_index;
+    }
+    best.push_back(score.cosine);
+  }
+  summary.count = best.size();
+  if (best.empty()) return summary;
+  std::sort(best.begin(), best.end());
+  summary.lowest = best.front();
+  summary.median = best[best.size() / 2];
+  return summary;
+}
+
 bool hasDirection(const Embedding& embedding) {
   return embedding.allFinite() && (embedding.array() != 0.0F).any();
 }

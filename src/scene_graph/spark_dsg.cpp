@@ -134,7 +134,7 @@ class Writer {
             {"place_tasks", graph_.place_tasks},
             {"config", config.map},
             {"stamp_ns", graph_.stamp.ns},
-            {"frame", "world"}};
+            {"frame", graph_.world_frame}};
   }
 
   /// What every node has.

@@ -76,7 +76,7 @@ Json makeHead(const SceneGraph& graph) {
                        {"rooms", graph.regions.size()},
                        {"places", graph.places->places.size()},
                        {"primitives", graph.primitives.size()}};
-  return {{"frame", "world"},
+  return {{"frame", graph.world_frame},
           {"stamp_s", graph.stamp.seconds()},
           {"config", config.map},
           {"counts", counts},

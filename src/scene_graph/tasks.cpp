@@ -190,9 +190,10 @@ void checkClusterable(const TaskList& tasks, const std::string& where,
 }
 
 TaskList loadTasks(const std::string& path) {
-  const std::string where = "task file " + quote(path);
+  const std::string full_path = expandPath(path).string();
+  const std::string where = "task file " + quote(full_path);
   Draft draft;
-  readRoot(config::loadYamlFile(path), draft);
+  readRoot(config::loadYamlFile(full_path), draft);
   TaskList tasks;
   tasks.names = draft.names;
   tasks.embeddings = joinRows(draft);

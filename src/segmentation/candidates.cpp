@@ -7,21 +7,6 @@
 namespace tsg::segmentation {
 namespace {
 
-std::string describe(const std::vector<TensorView>& outputs) {
-  std::string text;
-  for (const auto& output : outputs) text += (text.empty() ? "" : " and ") + toText(output.shape);
-  return text;
-}
-
-bool isFastSamShaped(const std::vector<TensorView>& outputs) {
-  if (outputs.size() != 2) return false;
-  const auto& predictions = outputs[0].shape;
-  const auto& prototypes = outputs[1].shape;
-  return predictions.size() == 3 && prototypes.size() == 4 && predictions[0] == 1 &&
-         prototypes[0] == 1 && prototypes[1] > 0 && predictions[1] >= 5 + prototypes[1] &&
-         prototypes[2] == prototypes[3] && prototypes[2] > 0;
-}
-
 cv::Rect2f readBox(const RawDetections& raw, std::size_t anchor) {
   const auto value = [&](std::size_t row) {
     return raw.predictions[row * raw.num_anchors + anchor];
@@ -55,21 +40,6 @@ float computeIou(const cv::Rect2f& a, const cv::Rect2f& b) {
 }
 
 }  // namespace
-
-RawDetections interpretOutputs(const std::vector<TensorView>& outputs, const std::string& model) {
-  if (!isFastSamShaped(outputs)) {
-    throw InferenceError("segmenter '" + model + "' gave outputs " + describe(outputs) +
-                         ", expected FastSAM's [1,4+classes+K,A] and [1,K,P,P]");
-  }
-  RawDetections raw;
-  raw.predictions = outputs[0].values;
-  raw.prototypes = outputs[1].values;
-  raw.num_anchors = static_cast<std::size_t>(outputs[0].shape[2]);
-  raw.num_prototypes = static_cast<int>(outputs[1].shape[1]);
-  raw.num_classes = static_cast<int>(outputs[0].shape[1]) - 4 - raw.num_prototypes;
-  raw.prototype_size_px = static_cast<int>(outputs[1].shape[2]);
-  return raw;
-}
 
 std::vector<Detection> findCandidates(const RawDetections& raw, double score_threshold) {
   const std::vector<float> scores = computeBestScores(raw);

@@ -28,6 +28,16 @@ std::string toText(const std::vector<TensorInfo>& infos) {
   return text;
 }
 
+std::string toText(const std::vector<TensorInfo>& infos, const std::vector<TensorView>& views) {
+  std::string text;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const TensorInfo& info = infos.at(i);
+    text += (text.empty() ? "" : ", ") +
+            toText(TensorInfo{info.name, info.element_type, views[i].shape});
+  }
+  return text;
+}
+
 int resolveNumThreads(const EngineConfig& config) {
   if (config.num_threads > 0) return config.num_threads;
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));

@@ -16,8 +16,7 @@ Network::Network(const std::string& path, const EngineConfig&) : path_(path) {
 
 Network::~Network() = default;
 std::vector<TensorView> Network::run(const TensorView&) const { return {}; }
-std::vector<TensorView> Network::run(const IntegerTensorView<std::int64_t>&) const { return {}; }
-std::vector<TensorView> Network::run(const IntegerTensorView<std::int32_t>&) const { return {}; }
+std::vector<TensorView> Network::run(const std::vector<InputTensor>&) const { return {}; }
 void Network::cancel() {}
 bool Network::isCancelled() const { return false; }
 

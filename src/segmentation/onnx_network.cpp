@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "task_scene_graph/core/file_kind.h"
 #include "task_scene_graph/segmentation/inference_engine.h"
 
 namespace tsg::segmentation {
@@ -113,11 +114,36 @@ std::size_t countValues(const std::vector<std::int64_t>& shape) {
 }
 
 template <typename T>
-Ort::Value wrapInput(const std::vector<std::int64_t>& shape, const T* values) {
+Ort::Value wrapValues(const std::vector<std::int64_t>& shape, const T* values) {
   const auto memory = Ort::MemoryInfo::CreateCpu(OrtArenaAllocator, OrtMemTypeDefault);
   // ONNX Runtime takes inputs as mutable but does not write to them.
   return Ort::Value::CreateTensor<T>(memory, const_cast<T*>(values), countValues(shape),
                                      shape.data(), shape.size());
+}
+
+using Halves = std::vector<Eigen::half>;
+
+/// `halves` keeps what has to be converted.
+Ort::Value wrapInput(const TensorView& input, const TensorInfo& info, Halves& halves) {
+  if (info.element_type != "float16") return wrapValues(input.shape, input.values);
+  halves.resize(countValues(input.shape));
+  std::transform(input.values, input.values + halves.size(), halves.begin(),
+                 [](float value) { return Eigen::half(value); });
+  return wrapValues(input.shape, reinterpret_cast<const Ort::Float16_t*>(halves.data()));
+}
+
+template <typename Integer>
+Ort::Value wrapInput(const IntegerTensorView<Integer>& input, const TensorInfo&, Halves&) {
+  return wrapValues(input.shape, input.values);
+}
+
+std::string describeShapes(const std::vector<InputTensor>& inputs) {
+  std::string text;
+  for (const InputTensor& input : inputs) {
+    const auto toShape = [](const auto& view) { return toText(view.shape); };
+    text += (text.empty() ? "" : " and ") + std::visit(toShape, input);
+  }
+  return text;
 }
 
 std::vector<const char*> namesOf(const std::vector<TensorInfo>& infos) {
@@ -146,46 +172,43 @@ Network::Network(const std::string& path, const EngineConfig& config) : path_(pa
     inputs_ = describeInputs(session_->session);
     outputs_ = describeOutputs(session_->session);
   } catch (const Ort::Exception& e) {
-    throw InferenceError("network file '" + path + "' cannot be loaded: " + e.what());
+    const std::string kind = describeFileKind(path);
+    throw InferenceError("network file '" + path + "' cannot be loaded: " +
+                         (kind.empty() ? e.what()
+                                       : "it " + kind +
+                                             "; expected an ONNX file, such "
+                                             "as scripts/export_models makes"));
   }
 }
 
 Network::~Network() = default;
 
-template <typename T>
-std::vector<TensorView> Network::runOn(const std::vector<std::int64_t>& shape,
-                                       const T* values) const {
+std::vector<TensorView> Network::run(const std::vector<InputTensor>& inputs) const {
   if (isCancelled()) throw Cancelled();
+  std::vector<Halves> halves(inputs.size());
   try {
-    const Ort::Value value = wrapInput(shape, values);
-    const char* input_name = inputs_.at(0).name.c_str();
+    std::vector<Ort::Value> values;
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+      const auto wrap = [&](const auto& view) { return wrapInput(view, inputs_.at(i), halves[i]); };
+      values.push_back(std::visit(wrap, inputs[i]));
+    }
+    const std::vector<const char*> input_names = namesOf(inputs_);
     const std::vector<const char*> output_names = namesOf(outputs_);
-    std::vector<Ort::Value> results = session_->session.Run(
-        session_->run_options, &input_name, &value, 1, output_names.data(), output_names.size());
+    std::vector<Ort::Value> results =
+        session_->session.Run(session_->run_options, input_names.data(), values.data(),
+                              values.size(), output_names.data(), output_names.size());
     std::vector<TensorView> views;
     for (auto& output : results) views.push_back(toView(std::move(output)));
     return views;
   } catch (const Ort::Exception& e) {
     if (isCancelled()) throw Cancelled();
-    throw InferenceError("network '" + path_ + "' failed on an input " + toText(shape) +
+    throw InferenceError("network '" + path_ + "' failed on an input " + describeShapes(inputs) +
                          ", it has " + toText(inputs_) + ": " + e.what());
   }
 }
 
 std::vector<TensorView> Network::run(const TensorView& input) const {
-  if (inputs_.at(0).element_type != "float16") return runOn(input.shape, input.values);
-  std::vector<Eigen::half> halves(countValues(input.shape));
-  std::transform(input.values, input.values + halves.size(), halves.begin(),
-                 [](float value) { return Eigen::half(value); });
-  return runOn(input.shape, reinterpret_cast<const Ort::Float16_t*>(halves.data()));
-}
-
-std::vector<TensorView> Network::run(const IntegerTensorView<std::int64_t>& input) const {
-  return runOn(input.shape, input.values);
-}
-
-std::vector<TensorView> Network::run(const IntegerTensorView<std::int32_t>& input) const {
-  return runOn(input.shape, input.values);
+  return run(std::vector<InputTensor>{input});
 }
 
 void Network::cancel() {

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <vector>
 
+#include "task_scene_graph/core/files.h"
 #include "task_scene_graph/segmentation/inference_engine.h"
 
 namespace tsg::segmentation {
@@ -74,11 +75,17 @@ const OrtApi* getInterface(void* handle, const std::string& path) {
                        ", expected 1.14 or newer");
 }
 
+/// A path as people write it; a bare name is left to the dynamic loader.
+std::string expandLibrary(const std::string& library) {
+  return library.find_first_of("/~$") == std::string::npos ? library : expandPath(library).string();
+}
+
 void ignoreMessage(void*, OrtLoggingLevel, const char*, const char*, const char*, const char*) {}
 
 }  // namespace
 
-Ort::Env& openOnnxRuntime(const std::string& library) {
+Ort::Env& openOnnxRuntime(const std::string& name) {
+  const std::string library = expandLibrary(name);
   static std::mutex mutex;
   static OpenLibrary* open = nullptr;  // never freed: sessions may outlive any static object
   const std::lock_guard<std::mutex> lock(mutex);

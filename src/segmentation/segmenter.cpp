@@ -14,6 +14,7 @@
 #include "task_scene_graph/segmentation/letterbox.h"
 #include "task_scene_graph/segmentation/mask_decoder.h"
 #include "task_scene_graph/segmentation/segment_carrier.h"
+#include "task_scene_graph/segmentation/segmenter_layout.h"
 
 namespace tsg::segmentation {
 namespace {
@@ -26,17 +27,25 @@ void checkImage(const cv::Mat& image) {
                               ", expected CV_8UC3 and at least one pixel");
 }
 
-void checkSegmenterSignature(const Network& network) {
-  const auto& inputs = network.inputs();
-  const auto& outputs = network.outputs();
-  const bool valid = inputs.size() == 1 && isFloat(inputs[0]) && inputs[0].shape.size() == 4 &&
-                     inputs[0].shape[1] != 1 && inputs[0].shape[2] == inputs[0].shape[3] &&
-                     outputs.size() == 2 && isFloat(outputs[0]) && isFloat(outputs[1]);
-  if (valid) return;
-  throw InferenceError("segmenter '" + network.path() + "' has inputs " + toText(inputs) +
-                       " and outputs " + toText(outputs) +
+void checkInputs(const Network& network) {
+  const std::string why = explainSegmenterInputs(network.inputs());
+  if (why.empty()) return;
+  throw InferenceError("segmenter '" + network.path() + "' has inputs " + toText(network.inputs()) +
+                       " and outputs " + toText(network.outputs()) +
                        ", expected FastSAM's float32[1,3,S,S] -> float32[1,4+classes+K,A] and "
-                       "float32[1,K,P,P]");
+                       "float32[1,K,P,P]: " +
+                       why + "; scripts/export_models does");
+}
+
+/// Dark waves: a constant image could divide by 0 in networks that normalise by themselves.
+cv::Mat makePattern() {
+  cv::Mat image(480, 640, CV_8UC3);
+  for (int v = 0; v < image.rows; ++v) {
+    for (int u = 0; u < image.cols; ++u) {
+      image.at<cv::Vec3b>(v, u) = cv::Vec3b::all(static_cast<std::uint8_t>((7 * u + 13 * v) % 112));
+    }
+  }
+  return image;
 }
 
 ModelSet applyOverrides(ModelSet models, const SegmenterConfig& config) {
@@ -60,9 +69,11 @@ class Segmenter::Implementation {
         config_(config),
         num_threads_(resolveNumThreads(config.engine)),
         network_(models.segmenter, config.engine) {
-    checkSegmenterSignature(network_);
-    const std::int64_t side = network_.inputs()[0].shape[2];
-    input_size_px_ = side > 0 ? static_cast<int>(side) : models.segmenter_input_size_px;
+    checkInputs(network_);
+    const auto& shape = network_.inputs()[0].shape;
+    const auto side = static_cast<int>(std::max(shape[2], shape[3]));
+    input_size_px_ = side > 0 ? side : models.segmenter_input_size_px;
+    findLayout();
     if (config.embed_crop || config.embed_masked_crop || config.embed_image) {
       encoder_.emplace(models, config.engine, config.encoder);
     }
@@ -70,7 +81,6 @@ class Segmenter::Implementation {
       schedule_.emplace(config.schedule, countCropsPerSegment());
       carrier_.emplace(config.schedule, config.min_area_px);
     }
-    findSegments({{}, cv::Mat::zeros(480, 640, CV_8UC3), ColorOrder::kRgb, nullptr});
   }
 
   Segmentation segment(const ColorImage& color) {
@@ -95,13 +105,31 @@ class Segmenter::Implementation {
   int embeddingSize() const { return models_.embedding_size; }
 
  private:
-  LabelledSegments findSegments(const ColorImage& color) {
-    const Letterbox letterbox = computeLetterbox(color.image.size(), input_size_px_);
+  void findLayout() {
+    const ColorImage color{{}, makePattern(), ColorOrder::kRgb, nullptr};
+    std::vector<TensorView> outputs;
+    try {
+      outputs = runNetwork(color, computeLetterbox(color.image.size(), input_size_px_));
+    } catch (const InferenceError& e) {
+      throw InferenceError("segmenter '" + network_.path() + "' cannot take images of " +
+                           std::to_string(input_size_px_) +
+                           " px (its own size, or segmenter_input_size_px of " + describe(models_) +
+                           "; a multiple of 32 in YOLO): " + e.what());
+    }
+    layout_ = findSegmenterLayout(network_.outputs(), outputs, input_size_px_, network_.path());
+  }
+
+  std::vector<TensorView> runNetwork(const ColorImage& color, const Letterbox& letterbox) {
     const std::int64_t side = input_size_px_;
     tensor_.resize(static_cast<std::size_t>(3 * side * side));
     fillLetterboxTensor(color, letterbox, tensor_.data());
-    const auto outputs = network_.run({{1, 3, side, side}, tensor_.data(), nullptr});
-    const RawDetections raw = interpretOutputs(outputs, network_.path());
+    return network_.run({{1, 3, side, side}, tensor_.data(), nullptr});
+  }
+
+  LabelledSegments findSegments(const ColorImage& color) {
+    const Letterbox letterbox = computeLetterbox(color.image.size(), input_size_px_);
+    const auto outputs = runNetwork(color, letterbox);
+    const RawDetections raw = interpretOutputs(outputs, layout_, network_.path());
     const std::vector<Detection> detections = suppressOverlaps(
         findCandidates(raw, models_.segmenter_score_threshold), models_.segmenter_iou_threshold,
         static_cast<std::size_t>(config_.max_segments));
@@ -134,12 +162,25 @@ class Segmenter::Implementation {
     return segments;
   }
 
+  /// As if the image had not been there if something in it fails.
   LabelledSegments segmentOnSchedule(const ColorImage& color, Segmentation& result) {
+    const MotionEstimator motion_before = motion_;
+    const SegmentCarrier carrier_before = *carrier_;
+    try {
+      return advanceSchedule(color, result);
+    } catch (...) {
+      motion_ = motion_before;
+      *carrier_ = carrier_before;
+      throw;
+    }
+  }
+
+  LabelledSegments advanceSchedule(const ColorImage& color, Segmentation& result) {
     const ImageMotion motion = motion_.update(color);
     std::optional<LabelledSegments> carried = carrier_->carry(color.stamp, motion);
     LabelledSegments segments = carried ? std::move(*carried) : findSegments(color);
-    counters_.images_carried += carried.has_value();
     embedOnSchedule(color, motion, segments, result);
+    counters_.images_carried += carried.has_value();
     carrier_->setSegments(color.stamp, segments, carried.has_value());
     return segments;
   }
@@ -169,8 +210,7 @@ class Segmenter::Implementation {
                        LabelledSegments& segments, Segmentation& result) {
     EmbeddingSchedule::Plan plan = schedule_->plan(color, segments, motion);
     const std::vector<std::size_t> dropped = plan.dropped;
-    counters_.segments_reused += plan.reuse.size();
-    counters_.segments_dropped += dropped.size();
+    const std::size_t num_reused = plan.reuse.size();
     const bool embed_image = config_.embed_image && plan.embed_image;
     const std::int64_t start = cv::getTickCount();
     const EmbeddingMatrix fresh = encode(color, segments, plan.embed, embed_image, result);
@@ -178,6 +218,8 @@ class Segmenter::Implementation {
         plan.embed.size() * static_cast<std::size_t>(countCropsPerSegment()) + embed_image,
         1e3 * static_cast<double>(cv::getTickCount() - start) / cv::getTickFrequency());
     const EmbeddingMatrix rows = schedule_->commit(std::move(plan), fresh);
+    counters_.segments_reused += num_reused;
+    counters_.segments_dropped += dropped.size();
     result.embeddings.resize(rows.rows() - static_cast<Eigen::Index>(dropped.size()), rows.cols());
     Eigen::Index kept = 0;
     for (std::size_t i = 0; i < segments.scores.size(); ++i) {
@@ -202,6 +244,7 @@ class Segmenter::Implementation {
   const int num_threads_;
   int input_size_px_ = 0;
   Network network_;
+  SegmenterLayout layout_;
   std::optional<ImageEncoder> encoder_;
   std::optional<EmbeddingSchedule> schedule_;  ///< none: every segment of every image
   std::optional<SegmentCarrier> carrier_;      ///< with schedule_ only
@@ -211,7 +254,7 @@ class Segmenter::Implementation {
 };
 
 Segmenter::Segmenter(const ModelSet& models, const SegmenterConfig& config) {
-  config::validate(models, "model set '" + models.name + "'");
+  config::validate(models, describe(models));
   config::validate(config, "segmenter");
   implementation_ = std::make_unique<Implementation>(models, config);
 }

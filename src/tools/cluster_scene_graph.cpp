@@ -54,10 +54,10 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
       "usage: cluster_scene_graph --input dsg.json --tasks tasks.yaml --output out.json [options]\n"
       "options");
   description.add_options()("help,h", "print this")(
-      "input", options::value(&arguments.input)->required(), "scene graph to read")(
-      "tasks", options::value(&arguments.tasks)->required(),
+      "input", tools::pathOption(arguments.input)->required(), "scene graph to read")(
+      "tasks", tools::pathOption(arguments.tasks)->required(),
       "task file (YAML), with an embedding per task unless there is --models")(
-      "output", options::value(&arguments.output)->required(), "scene graph to write")(
+      "output", tools::pathOption(arguments.output)->required(), "scene graph to write")(
       "alpha", options::value(&alpha),
       "score of the null task (default: the model set's, or 0.23)")(
       "delta", options::value(&delta),
@@ -65,9 +65,9 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
       "top-k", options::value(&top_k), "tasks kept per primitive, null included (default 2)")(
       "prior", options::value(&prior), "uniform or marginal (default uniform)")(
       "normaliser", options::value(&normaliser), "paper or size_invariant (default paper)")(
-      "tape", options::value(&arguments.tape),
+      "tape", tools::pathOption(arguments.tape),
       "file to write I(X;Y), the accepted merges and the partition to (JSON)")(
-      "models", options::value(&arguments.models),
+      "models", tools::pathOption(arguments.models),
       "model set (YAML) whose text encoder encodes tasks that have no embedding");
   if (!tools::parseOptions(argc, argv, description)) return std::nullopt;
   const char* threshold = normaliser == "size_invariant" ? "delta_bits" : "delta";
@@ -86,6 +86,9 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
 
 scene_graph::TaskList readTasks(const Arguments& arguments) {
   scene_graph::TaskList tasks = scene_graph::loadTasks(arguments.tasks);
+  if (tasks.size() == 0) {
+    std::cerr << "task file '" << arguments.tasks << "' holds no task: there will be no objects\n";
+  }
   if (tasks.hasEmbeddings() || tasks.size() == 0) return tasks;
   if (arguments.models.empty()) {
     throw std::invalid_argument("tasks '" + arguments.tasks + "': task '" + tasks.names.front() +
@@ -130,17 +133,25 @@ nlohmann::json makeTape(bottleneck::IncrementalClustering& clustering) {
 
 void run(const Arguments& arguments) {
   const scene_graph::TaskList tasks = readTasks(arguments);
-  bottleneck::SceneGraphFile graph(arguments.input);
+  bottleneck::SceneGraphFile graph(arguments.input, tasks.embeddings.cols());
   auto clustering = makeClustering(arguments, tasks, graph);
   const std::vector<bottleneck::Cluster> clusters = clustering.clusters();
   graph.replaceObjects(clusters, tasks.names);
   writeFileAtomically(arguments.output, [&](std::ostream& out) { graph.write(out); });
+  std::vector<WrittenFile> files{
+      {arguments.output, formatCount(graph.primitives().size(), "primitive") + " in " +
+                             formatCount(clusters.size(), "cluster")}};
   if (!arguments.tape.empty()) {
     const nlohmann::json tape = makeTape(clustering);
     writeFileAtomically(arguments.tape, [&](std::ostream& out) { out << tape << '\n'; });
+    files.push_back({arguments.tape, formatCount(tape["merges"].size(), "merge")});
   }
-  std::cout << arguments.output << ": " << graph.primitives().size() << " primitives in "
-            << clusters.size() << " clusters, I(X;Y) = " << clustering.information() << " bits\n";
+  for (const std::string& note : graph.notes()) {
+    std::cerr << "cluster_scene_graph: scene graph '" << arguments.input << "': " << note << '\n';
+  }
+  std::cout << describeWritten({}, files) << ", " << graph.numLeftNodes()
+            << (graph.numLeftNodes() == 1 ? " node" : " nodes")
+            << " left as in the file, I(X;Y) = " << clustering.information() << " bits\n";
 }
 
 }  // namespace

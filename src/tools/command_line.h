@@ -4,9 +4,18 @@
 #include <boost/program_options.hpp>
 #include <exception>
 #include <iostream>
+#include <string>
+
+#include "task_scene_graph/core/files.h"
 
 /// What the programs with options have in common.
 namespace tsg::tools {
+
+/// An option whose value is a path, see expandPath(); relative ones begin at the current folder.
+inline boost::program_options::typed_value<std::string>* pathOption(std::string& path) {
+  return boost::program_options::value<std::string>()->value_name("PATH")->notifier(
+      [&path](const std::string& text) { path = expandPath(text).string(); });
+}
 
 /// Stores what the command line gives into what `description` names. False if only help was asked
 /// for, which is then printed.

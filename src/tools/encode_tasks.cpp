@@ -32,10 +32,10 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
       "'tasks: [{name: ..., embedding: [...]}]'.\n"
       "usage: encode_tasks --models M.yaml --tasks T.yaml --output OUT.yaml [options]\noptions");
   description.add_options()("help,h", "print this")(
-      "models", options::value(&arguments.models)->required(), "model set (YAML)")(
-      "tasks", options::value(&arguments.tasks)->required(),
+      "models", tools::pathOption(arguments.models)->required(), "model set (YAML)")(
+      "tasks", tools::pathOption(arguments.tasks)->required(),
       "task file (YAML); embeddings that it has are made anew")(
-      "output", options::value(&arguments.output)->required(), "file to write")(
+      "output", tools::pathOption(arguments.output)->required(), "file to write")(
       "template", options::value(&templates)->default_value(templates, "{}"),
       "prompt with {} for the task; of several, the mean embedding is taken")(
       "engine-library", options::value(&arguments.engine.library), "path of libonnxruntime.so");
@@ -48,9 +48,11 @@ void encodeTasks(const Arguments& arguments) {
   const language::TextEncoder encoder(segmentation::loadModelSet(arguments.models),
                                       arguments.engine, arguments.encoder);
   tasks.embeddings = encoder.encodeTasks(tasks.names);
+  if (tasks.size() == 0) std::cerr << "task file '" << arguments.tasks << "' holds no task\n";
   scene_graph::writeTasks(arguments.output, tasks);
-  std::cout << arguments.output << ": " << tasks.size() << " tasks with embeddings of "
-            << encoder.embeddingSize() << " values\n";
+  const std::string content = formatCount(tasks.size(), "task") + " with embeddings of " +
+                              std::to_string(encoder.embeddingSize()) + " values";
+  std::cout << describeWritten({}, {{arguments.output, content}}) << '\n';
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 // Renders views of generated apartments with their true labels: training data for the demo models.
 
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -11,6 +10,7 @@
 #include <thread>
 
 #include "command_line.h"
+#include "task_scene_graph/core/files.h"
 #include "task_scene_graph/simulation/apartment.h"
 #include "task_scene_graph/simulation/renderer.h"
 #include "task_scene_graph/simulation/variation.h"
@@ -24,7 +24,7 @@ using namespace tsg::simulation;
 namespace {
 
 struct Arguments {
-  fs::path output;
+  std::string output;
   int first_seed = 1;
   int apartments = 1;
   int views = 20;
@@ -42,8 +42,8 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
       "Writes DIR/SEED_VIEW.color.png, DIR/SEED_VIEW.labels.png (16 bit, instance id, 0 =\n"
       "structure) and DIR/SEED.json (instances and views).\n"
       "usage: render_apartments --output DIR [options]\noptions");
-  description.add_options()("help,h", "print this")("output", options::value(&a.output)->required(),
-                                                    "folder, made if absent")(
+  description.add_options()("help,h", "print this")(
+      "output", tools::pathOption(a.output)->required(), "folder, made if absent")(
       "first-seed", options::value(&a.first_seed)->default_value(a.first_seed),
       "seed of the first apartment; the others follow")(
       "apartments", options::value(&a.apartments)->default_value(a.apartments), "how many")(
@@ -57,6 +57,10 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
   if (!tools::parseOptions(argc, argv, description)) return std::nullopt;
   if (a.surfaces != "own" && a.surfaces != "training" && a.surfaces != "held_out") {
     throw options::error("surfaces '" + a.surfaces + "', expected own, training or held_out");
+  }
+  if (a.apartments < 1 || a.views < 1) {
+    throw options::error("apartments " + std::to_string(a.apartments) + ", views " +
+                         std::to_string(a.views) + ", expected at least 1: nothing to render");
   }
   return a;
 }
@@ -110,12 +114,12 @@ void renderApartment(const Arguments& a, int seed) {
   for (const Pose& T_world_camera : pickRandomViews(apartment, a.views, random)) {
     const RenderedView view = renderer.render(camera, T_world_camera);
     const std::string name = std::to_string(seed) + "_" + std::to_string(views.size());
-    writeView(a.output / name, view);
+    writeView(fs::path(a.output) / name, view);
     views.push_back({{"name", name}, {"rooms", describeRooms(apartment, view)}});
   }
-  std::ofstream(a.output / (std::to_string(seed) + ".json"))
-      << json{{"seed", seed}, {"instances", describeInstances(apartment)}, {"views", views}}
-      << '\n';
+  const json truth{{"seed", seed}, {"instances", describeInstances(apartment)}, {"views", views}};
+  writeFileAtomically(fs::path(a.output) / (std::to_string(seed) + ".json"),
+                      [&](std::ostream& out) { out << truth << '\n'; });
 }
 
 void renderAll(const Arguments& arguments) {
@@ -123,8 +127,13 @@ void renderAll(const Arguments& arguments) {
   for (int i = 0; i < arguments.apartments; ++i) {
     renderApartment(arguments, arguments.first_seed + i);
   }
-  std::cout << "[render_apartments] " << arguments.apartments << " apartments in "
-            << arguments.output.string() << '\n';
+  const auto count = [](int number, const char* what) {
+    return formatCount(static_cast<std::size_t>(number), what);
+  };
+  std::cout << "[render_apartments] "
+            << describeWritten(arguments.output, {{count(arguments.apartments, "apartment"),
+                                                   count(arguments.views, "view") + " of each"}})
+            << '\n';
 }
 
 }  // namespace

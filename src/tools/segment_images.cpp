@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <map>
@@ -15,6 +14,7 @@
 #include <vector>
 
 #include "task_scene_graph/config/config.h"
+#include "task_scene_graph/config/config_file.h"
 #include "task_scene_graph/core/files.h"
 #include "task_scene_graph/segmentation/model_set.h"
 #include "task_scene_graph/segmentation/overlay.h"
@@ -87,17 +87,33 @@ Words sortWords(const std::vector<std::string>& line) {
 void overrideThreshold(const Words& words, const std::string& option, double& value) {
   const std::string& text = words.options.at(option);
   if (text.empty()) return;
-  char* end = nullptr;
-  value = std::strtod(text.c_str(), &end);
-  if (*end != '\0') throw std::invalid_argument(option + " is '" + text + "', expected a number");
+  const auto number = config::parseNumber(text);
+  if (!number) throw std::invalid_argument(option + " is '" + text + "', expected a number");
+  value = *number;
+}
+
+/// The parameters alone, or a whole configuration file with a section `segmenter`.
+segmentation::SegmenterConfig readConfig(const fs::path& path) {
+  const YAML::Node file = config::loadYamlFile(path.string());
+  const auto& stages = config::listStages();
+  const bool is_whole = file.IsMap() && std::any_of(stages.begin(), stages.end(), [&](auto& stage) {
+                          return file[stage].IsDefined();
+                        });
+  const config::Source alone{"file '" + path.string() + "'", file, path.parent_path()};
+  if (!is_whole) return config::load<segmentation::SegmenterConfig>({alone}, "parameters");
+  config::Source section =
+      config::splitConfig(config::readConfigFile(path), "segmenter", {}).back();
+  for (const char* name : {"models", "input", "patience_s", "diagnostic_period"}) {
+    if (section.parameters.IsMap()) section.parameters.remove(name);  // the nodelet's own
+  }
+  return config::load<segmentation::SegmenterConfig>({section}, "parameters");
 }
 
 segmentation::SegmenterConfig makeConfig(const Words& words) {
   segmentation::SegmenterConfig config;
   const std::string& path = words.options.at("--config");
   if (!path.empty()) {
-    config = config::load<segmentation::SegmenterConfig>(config::loadYamlFile(path),
-                                                         "parameters '" + path + "'");
+    config = readConfig(expandPath(path));
   }
   overrideThreshold(words, "--score-threshold", config.score_threshold);
   overrideThreshold(words, "--iou-threshold", config.iou_threshold);
@@ -113,8 +129,11 @@ Arguments parse(const std::vector<std::string>& line) {
     }
   }
   if (words.images.empty()) throw std::invalid_argument("no image given");
-  return {words.options.at("--models"), words.options.at("--output"), words.images,
-          words.write_data, makeConfig(words)};
+  std::vector<std::string> images;
+  for (const auto& image : words.images) images.push_back(expandPath(image).string());
+  return {expandPath(words.options.at("--models")).string(),
+          expandPath(words.options.at("--output")).string(), images, words.write_data,
+          makeConfig(words)};
 }
 
 void writeScores(const Segmentation& segmentation, cv::Mat3b& drawn) {
@@ -152,8 +171,8 @@ void writeData(const fs::path& stem, const Segmentation& segmentation) {
   writeFileAtomically(stem.string() + ".json", [&](std::ostream& out) { out << data << '\n'; });
 }
 
-void segmentFile(const std::string& path, const Arguments& arguments,
-                 segmentation::Segmenter& segmenter) {
+std::size_t segmentFile(const std::string& path, const Arguments& arguments,
+                        segmentation::Segmenter& segmenter) {
   const cv::Mat3b image = cv::imread(path, cv::IMREAD_COLOR);
   if (image.empty()) throw std::runtime_error("cannot read image '" + path + "'");
   const std::int64_t before = cv::getTickCount();
@@ -167,6 +186,7 @@ void segmentFile(const std::string& path, const Arguments& arguments,
   if (arguments.write_data) writeData(stem, segmentation);
   std::printf("%s: %zu segments, %.0f ms\n", target.c_str(), segmentation.numSegments(),
               1e3 * seconds);
+  return segmentation.numSegments();
 }
 
 }  // namespace
@@ -180,7 +200,13 @@ int main(int argc, char** argv) try {
   const Arguments arguments = parse(words);
   segmentation::Segmenter segmenter(segmentation::loadModelSet(arguments.models), arguments.config);
   fs::create_directories(arguments.output);
-  for (const std::string& image : arguments.images) segmentFile(image, arguments, segmenter);
+  std::size_t num_segments = 0;
+  for (const auto& image : arguments.images)
+    num_segments += segmentFile(image, arguments, segmenter);
+  const std::string content = formatCount(num_segments, "segment");
+  const std::string files = formatCount(arguments.images.size(), "drawn image") +
+                            (arguments.write_data ? ", labels and data" : "");
+  std::printf("%s\n", describeWritten(arguments.output, {{files, content}}).c_str());
   return 0;
 } catch (const std::invalid_argument& e) {
   std::cerr << "segment_images: " << e.what() << '\n' << kUsage;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <optional>
 
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/tracking/association.h"
@@ -47,6 +49,28 @@ AssociationThresholds resolveThresholds(const TrackerConfig& config) {
   if (config.min_cosine > TrackerConfig::kFromPreset) thresholds.min_cosine = config.min_cosine;
   if (config.min_iou >= 0.0) thresholds.min_iou = config.min_iou;
   return thresholds;
+}
+
+void CosineHistogram::add(double cosine) {
+  const double share = std::clamp(0.5 * (cosine + 1.0), 0.0, 1.0);
+  const auto bin = static_cast<std::size_t>(share * static_cast<double>(kBins));
+  ++counts_[std::min(bin, kBins - 1)];
+}
+
+std::uint64_t CosineHistogram::count() const {
+  return std::accumulate(counts_.begin(), counts_.end(), std::uint64_t{0});
+}
+
+double CosineHistogram::quantile(double share) const {
+  const double rank = share * static_cast<double>(count());
+  double below = 0.0;
+  for (std::size_t i = 0; i < kBins; ++i) {
+    below += static_cast<double>(counts_[i]);
+    if (below > 0.0 && below >= rank) {
+      return 2.0 * (static_cast<double>(i) + 0.5) / static_cast<double>(kBins) - 1.0;
+    }
+  }
+  return 0.0;
 }
 
 Tracker::Tracker(const TrackerConfig& config)
@@ -115,29 +139,39 @@ std::vector<bool> Tracker::selectSegments(const std::vector<SegmentPoints>& segm
   return is_selected;
 }
 
-bool Tracker::isSimilar(const LiveTrack& track, const Segmentation& segmentation,
-                        std::size_t segment) const {
-  if (track.mean.size() == 0) return true;
-  const auto embedding =
-      segmentation.embeddings.row(static_cast<Eigen::Index>(segment)).transpose();
-  if (embedding.size() == 0 || embedding.isZero(0.0F)) return true;
-  return computeCosine(embedding, track.mean) >= thresholds_.min_cosine;
-}
-
-std::vector<Candidate> Tracker::findCandidates(const FrameSegments& segments) const {
+std::vector<Candidate> Tracker::findCandidates(const FrameSegments& segments) {
   std::vector<Candidate> candidates;
   for (std::size_t s = 0; s < segments.points.size(); ++s) {
-    if (!segments.is_selected[s]) continue;
-    const VoxelSet& voxels = segments.points[s].voxels;
-    for (std::size_t t = 0; t < live_.size(); ++t) {
-      const VoxelSet& last_voxels = live_[t].last_voxels;
-      if (!mayReachIoU(voxels, last_voxels, thresholds_.min_iou)) continue;
-      if (!isSimilar(live_[t], segments.segmentation, s)) continue;
-      const double iou = computeIoU(voxels, last_voxels);
-      if (iou > 0.0 && iou >= thresholds_.min_iou) candidates.push_back({s, t, iou});
-    }
+    if (segments.is_selected[s]) addCandidates(segments, s, candidates);
   }
   return candidates;
+}
+
+void Tracker::addCandidates(const FrameSegments& segments, std::size_t segment,
+                            std::vector<Candidate>& candidates) {
+  const VoxelSet& voxels = segments.points[segment].voxels;
+  const auto embedding =
+      segments.segmentation.embeddings.row(static_cast<Eigen::Index>(segment)).transpose();
+  const bool has_embedding = embedding.size() > 0 && !embedding.isZero(0.0F);
+  const std::size_t num_before = candidates.size();
+  std::optional<double> cosine_of_best;
+  double best_iou = 0.0;
+  for (std::size_t t = 0; t < live_.size(); ++t) {
+    const LiveTrack& track = live_[t];
+    if (!mayReachIoU(voxels, track.last_voxels, thresholds_.min_iou)) continue;
+    const double iou = computeIoU(voxels, track.last_voxels);
+    if (!(iou > 0.0 && iou >= thresholds_.min_iou)) continue;
+    const bool is_judged = has_embedding && track.mean.size() > 0;
+    const double cosine = is_judged ? computeCosine(embedding, track.mean) : 1.0;
+    if (cosine >= thresholds_.min_cosine) candidates.push_back({segment, t, iou});
+    if (!is_judged || iou <= best_iou) continue;
+    best_iou = iou;
+    cosine_of_best = cosine;
+  }
+  if (!cosine_of_best) return;
+  ++counters_.overlapping_segments;
+  counters_.refused_by_cosine += candidates.size() == num_before ? 1 : 0;
+  counters_.overlap_cosines.add(*cosine_of_best);
 }
 
 void Tracker::associate(const std::vector<Candidate>& matches, FrameSegments& segments,

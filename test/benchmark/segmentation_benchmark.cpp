@@ -64,7 +64,7 @@ class FakeOutputs {
   }
 
   RawDetections raw() const {
-    return {predictions_.data(), prototypes_.data(), kAnchors, 1, kPrototypes, kGrid};
+    return {predictions_.data(), prototypes_.data(), kAnchors, 1, kPrototypes, kGrid, nullptr};
   }
 
  private:

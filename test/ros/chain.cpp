@@ -4,6 +4,7 @@
 #include <octomap/OcTree.h>
 #include <std_srvs/Trigger.h>
 #include <visualization_msgs/MarkerArray.h>
+#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <array>
@@ -114,6 +115,16 @@ TEST_F(Chain, SaveMapAnswersWithTheFolderThatHoldsTheMap) {
   EXPECT_EQ(first_line, "ply");
 }
 
+TEST_F(Chain, SaveMapWritesTheSettingsOfAllStages) {
+  const YAML::Node settings = YAML::LoadFile(outputPath("settings.yaml"));
+  EXPECT_EQ(settings["tracker"]["window_s"].as<double>(), 1.0);
+  EXPECT_TRUE(settings["mesh_fusion"]["occupancy"]["enabled"].as<bool>());
+  EXPECT_EQ(settings["input"]["tf_timeout_s"].as<double>(), 5.0);
+  EXPECT_EQ(settings["scene_graph"]["object_tasks"].as<std::string>(),
+            (state_->folder.path() / "objects.yaml").string());
+  EXPECT_EQ(settings["made_with"]["program"].as<std::string>(), "live, /scene_graph");
+}
+
 TEST_F(Chain, VerticesOfTheMeshNameTheObjectsOfTheGraph) {
   std::map<std::int32_t, Aabb> vertices_of;
   for (const auto& [position, id] : readPlyVertices(outputPath("mesh.ply"))) {
@@ -190,6 +201,12 @@ TEST_F(Chain, PlacesAndARegionComeOut) {
   }
 }
 
+std::string describe(const std::map<std::string, std::string>& lines) {
+  std::string text;
+  for (const auto& [key, value] : lines) text += "\n  " + key + ": " + value;
+  return text;
+}
+
 TEST_F(Chain, EveryStageReadsThePixelsOfTheMessageItself) {
   std::ostringstream expected;
   expected << static_cast<const void*>(state_->last.depth->data.data());
@@ -199,7 +216,7 @@ TEST_F(Chain, EveryStageReadsThePixelsOfTheMessageItself) {
       return lines["pixels of the last image"] == expected.str() &&
              lines["processed"] == std::to_string(kNumFrames);
     })) << stage
-        << ": " << findDiagnostics(state_->diagnostics, stage)["pixels of the last image"]
+        << ": " << describe(findDiagnostics(state_->diagnostics, stage))
         << ", published: " << expected.str();
     auto lines = findDiagnostics(state_->diagnostics, stage);
     EXPECT_EQ(lines["images shared"], std::to_string(2 * kNumFrames));

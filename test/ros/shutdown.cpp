@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <std_srvs/Trigger.h>
 #include <sys/wait.h>
+#include <tf2_ros/static_transform_broadcaster.h>
 #include <unistd.h>
 #include <visualization_msgs/MarkerArray.h>
 
@@ -50,6 +51,11 @@ class ChainProgram {
     ros::param::set("/scene_graph/object_tasks", tasks);
     ros::param::set("/scene_graph/output", map());
     ros::param::set("/mesh_fusion/output", map());
+    geometry_msgs::TransformStamped T_earth_world;
+    T_earth_world.header.frame_id = "earth";
+    T_earth_world.child_frame_id = "world";
+    T_earth_world.transform.rotation.w = 1.0;
+    earth_.sendTransform(T_earth_world);
     pid_ = startProgram({findProgram("chain_node"), "--recorded-segmentation"});
   }
   ~ChainProgram() {
@@ -85,6 +91,8 @@ class ChainProgram {
   TemporaryFolder folder_;
   Recorder<msg::Tracks> tracks_{"tracks"};
   Robot robot_;
+  tf2_ros::StaticTransformBroadcaster
+      earth_;  ///< the map's frame has another name than the robot's
   pid_t pid_ = 0;
 };
 
@@ -96,6 +104,7 @@ TEST(Shutdown, InterruptEndsLiveTracksAndLeavesACompleteMap) {
   const auto summary = nlohmann::json::parse(std::ifstream(chain.map() + "/summary.json"));
   EXPECT_NE(summary.dump().find("red box"), std::string::npos);
   EXPECT_NE(summary.dump().find("blue box"), std::string::npos);
+  EXPECT_EQ(summary.at("frame"), "earth");
   std::ifstream ply(chain.map() + "/mesh.ply", std::ios::binary);
   std::string first_line;
   std::getline(ply, first_line);

@@ -161,6 +161,7 @@ class Recording:
         self.distortion = ()
         self.with_segmentation = True
         self.color_topic, self.depth_topic, self.info_topic = COLOR, DEPTH, INFO
+        self.tf_namespace = ""
         self.frames = None  # indices that are written; None = all
         for name, value in changes.items():
             assert hasattr(self, name), name
@@ -170,7 +171,7 @@ class Recording:
         with rosbag.Bag(str(path), "w") as bag:
             if self.links:
                 for parent, child, T in self.links:
-                    bag.write("/tf_static", to_transform(to_time(99.0), parent, child, T), to_time(99.0))
+                    bag.write(self.tf_namespace + "/tf_static", to_transform(to_time(99.0), parent, child, T), to_time(99.0))
             for index in (self.frames if self.frames is not None else range(self.num_frames)):
                 self.write_frame(bag, index)
         return path
@@ -212,7 +213,7 @@ class Recording:
 
     def write_pose(self, bag, recorded, stamp, T):
         if self.pose == "tf":
-            bag.write("/tf", to_transform(stamp, self.world_frame, self.moving_frame, T), recorded)
+            bag.write(self.tf_namespace + "/tf", to_transform(stamp, self.world_frame, self.moving_frame, T), recorded)
         elif self.pose == "odometry":
             message = Odometry(child_frame_id=self.moving_frame)
             message.header.stamp, message.header.frame_id = stamp, self.world_frame
@@ -225,12 +226,12 @@ class Recording:
             bag.write(self.pose_topic, message, recorded)
 
 
-def trajectory_lines(recording=None):
+def trajectory_lines(inverted=False):
     """The walk in TUM's format."""
-    recording = recording or Recording()
+    recording = Recording()
     lines = ["# stamp tx ty tz qx qy qz qw"]
     for index in range(recording.num_frames):
-        T = pose_at(index)
+        T = np.linalg.inv(pose_at(index)) if inverted else pose_at(index)
         numbers = [*T[:3, 3], *quaternion(T[:3, :3])]
         lines.append(f"{recording.stamp(index):.6f} " + " ".join(f"{n:.9f}" for n in numbers))
     return "\n".join(lines) + "\n"

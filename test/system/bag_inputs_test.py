@@ -144,6 +144,9 @@ class BagInputs(unittest.TestCase):
         self.assert_refused(self.process("no_world", world_frame="map"), "'world'", "map",
                             "--world-frame")
 
+    def test_transforms_of_a_robots_namespace_are_found(self):
+        self.assert_same_map(self.process("namespace", tf_namespace="/robot1"))
+
     def test_slash_before_a_frame_changes_nothing(self):
         self.assert_same_map(self.process("slash", "--world-frame", "/world",
                                           frame_id="/" + box_room.CAMERA_FRAME))
@@ -267,6 +270,45 @@ class BagInputs(unittest.TestCase):
     def test_wrong_type_of_topic_is_named(self):
         self.assert_refused(self.run_on("type", self.folder / "clean.bag", "--color-topic",
                                         box_room.INFO), box_room.INFO, "sensor_msgs/CameraInfo")
+
+    # Plausibility (docs/plausibility.md); that the clean recording has none is tested above.
+
+    def assert_found(self, result, *words):
+        _, done = result
+        lines = [line for line in done.stderr.splitlines() if line.startswith("plausibility: ")]
+        self.assertEqual(len(lines), 1, done.stderr)
+        for word in words:
+            self.assertIn(word, lines[0])
+
+    def test_wrong_unit_of_depth_is_found(self):
+        self.assert_found(self.process("tenth", depth_units_per_m=10000.0), "depth range",
+                          "--depth-scale", "0.0001")
+        self.assert_found(self.process("metres", depth_units_per_m=1000.0, depth_encoding="32FC1"),
+                          "depth range", "--depth-scale", "0.001")
+
+    def test_axes_that_are_not_optical_are_found(self):
+        R = np.eye(4)
+        R[:3, :3] = OPTICAL_IN_BODY[:3, :3]
+        self.assert_found(self.process("body_axes", T_moving_camera=R), "camera axes",
+                          "x forward, y left, z up")
+        self.assert_found(self.process("opengl_axes", T_moving_camera=np.diag([1.0, -1.0, -1.0, 1.0])),
+                          "camera axes", "OpenGL")
+
+    def test_inverted_poses_are_found_and_can_be_turned(self):
+        path = self.folder / "inverted.txt"
+        path.write_text(box_room.trajectory_lines(inverted=True))
+        result = self.process("inverted", "--trajectory", path, pose=None)
+        self.assert_found(result, "pose direction", "--poses")
+        self.assert_same_map(self.run_on("turned", self.folder / "inverted.bag", "--trajectory", path,
+                                         "--poses", "world-to-camera"))
+
+    def test_depth_of_another_frame_is_named(self):
+        self.assert_found(self.process("frames", depth_frame_id="camera_depth_optical_frame"),
+                          "camera_depth_optical_frame", box_room.CAMERA_FRAME)
+
+    def test_share_of_images_without_a_partner_is_told(self):
+        self.assert_found(self.process("partners", depth_delay=lambda i: 0.0 if i % 2 else None),
+                          "15 of 30", "--sync-tolerance")
 
     # Settings
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The program cluster_scene_graph against an independent clustering in numpy."""
+import gzip
 import json
 import math
 import os
@@ -302,23 +303,13 @@ class ClusterSceneGraph(unittest.TestCase):
             self.assertFalse(os.path.exists(self.path("out.json")))
             return result.stderr
 
-        def attributes(g):
-            return g["nodes"][1]["attributes"]
-
-        first = "s3 (%d)" % node_id("s", 3)
         cases = [
-            (lambda g: attributes(g).pop("bounding_box"), ("in.json", first, "bounding_box")),
-            (lambda g: attributes(g).pop("semantic_feature"), ("in.json", first, "semantic_feature")),
-            (lambda g: attributes(g)["semantic_feature"].update(data=[0.0] * 12),
-             ("in.json", first, "zero")),
-            (lambda g: attributes(g)["semantic_feature"].update(data=[1.0] * 5, rows=5),
-             ("in.json", first, "dimension 5", "12")),
-            (lambda g: attributes(g)["semantic_feature"].update(data=[1.0] * 5),
-             ("in.json", first, "5", "12 x 1")),
-            (lambda g: attributes(g)["bounding_box"].update(dimensions=[1, 2]),
-             ("in.json", first, "dimensions", "[1,2]")),
-            (lambda g: g["nodes"].append(g["nodes"][1]), ("in.json", first, "already")),
             (lambda g: g.pop("nodes"), ("in.json", "nodes")),
+            (lambda g: g.update(edges=None), ("in.json", "edges")),
+            (lambda g: [n["attributes"].pop("semantic_feature") for n in g["nodes"]],
+             ("in.json", "s0 (%d)" % node_id("s", 0), "semantic_feature")),
+            (lambda g: [n["attributes"].update(semantic_feature=[1.0] * 5) for n in g["nodes"]],
+             ("in.json", "5 numbers", "the tasks' 12")),
         ]
         for change, words in cases:
             message = error_of(1, change)
@@ -335,11 +326,93 @@ class ClusterSceneGraph(unittest.TestCase):
             for word in words:
                 self.assertIn(word, message)
 
+    def test_one_bad_node_is_left_counted_and_named(self):
+        version = (1, 1, 3)
+        graph = make_graph(self.make_segments(30, version), version)
+        bad = graph["nodes"][7]
+        others = json.loads(json.dumps(graph))
+        del others["nodes"][7]
+        expected = cluster(others, self.tasks, delta=0.02)
+        spoilings = (lambda a: a.pop("semantic_feature"),
+                     lambda a: a.update(semantic_feature=None),
+                     lambda a: a.update(semantic_feature={"rows": -2, "cols": -2, "data": [1.0] * 4}),
+                     lambda a: a.update(semantic_feature={"rows": 0, "cols": 0, "data": []}),
+                     lambda a: a.update(semantic_feature=[1.0] * 5),
+                     lambda a: a["semantic_feature"]["data"].__setitem__(3, math.nan),
+                     lambda a: a["semantic_feature"]["data"].__setitem__(3, math.inf),
+                     lambda a: a.pop("bounding_box"))
+        good = bad["attributes"]
+        for spoil in spoilings:
+            bad["attributes"] = json.loads(json.dumps(good))
+            spoil(bad["attributes"])
+            result = self.run_program(graph, "--delta", "0.02")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertIn("29 primitives", result.stdout)
+            self.assertIn("1 node left as in the file", result.stdout)
+            self.assertIn("in.json", result.stderr)
+            self.assertIn("s21 (%d)" % bad["id"], result.stderr)
+            self.assert_tape(self.load("tape.json"), expected)
+            out = {n["id"]: n for n in self.load("out.json")["nodes"]}
+            # NaN and Infinity are no JSON: null stands for them.
+            text = json.dumps(bad).replace("NaN", "null").replace("Infinity", "null")
+            self.assertEqual(out[bad["id"]], json.loads(text))
+
+    def make_clio_graph(self, count):
+        """A file of 1.0.0 as Clio published them; vertices are the corners of a triangle."""
+        graph = {"directed": False, "multigraph": False, "layer_ids": [1, 2, 3, 4, 5],
+                 "nodes": [], "edges": []}
+        for i, attributes in enumerate(self.make_segments(count, (1, 0, 0))):
+            center = np.array(attributes["position"])
+            size = np.array([1.0, 0.8, 0.6])
+            attributes["bounding_box"] = {
+                "type": "AABB", "min": list(center - size / 2), "max": list(center + size / 2),
+                "world_P_center": list(center) if i % 2 else [0.0, 0.0, 0.0],
+                "world_R_center": IDENTITY}
+            del attributes["mesh"]
+            attributes["color"] = [255, 0, 0]
+            attributes["vertices"] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.8, 0.6]
+            attributes["colors"] = [10 * (i % 20), 2, 3, 255] * 3
+            attributes["faces"] = [0, 1, 2]
+            graph["nodes"].append({"id": node_id("s", i), "layer": 1, "attributes": attributes})
+        return graph
+
+    def world_vertices(self, attributes):
+        box = attributes["bounding_box"]
+        return np.array(attributes["vertices"]).reshape(-1, 3) + np.array(box["min"])
+
+    def test_objects_of_a_file_of_clio_hold_all_vertices_at_their_place(self):
+        graph = self.make_clio_graph(40)
+        segments = {n["id"]: n["attributes"] for n in graph["nodes"]}
+        tape, out = self.cluster(graph, "--delta", "0.05")
+        objects = [n for n in out["nodes"] if n["layer"] == 2]
+        self.assertEqual(len(objects), len(tape["clusters"]))
+        self.assertLess(len(objects), 40)
+        self.assertNotIn("SPARK_DSG_header", out)
+        for node, members in zip(objects, tape["clusters"]):
+            merged = node["attributes"]
+            expected = np.concatenate([self.world_vertices(segments[m]) for m in members])
+            np.testing.assert_allclose(self.world_vertices(merged), expected, atol=1e-9)
+            np.testing.assert_allclose(merged["bounding_box"]["min"], expected.min(axis=0), atol=1e-9)
+            np.testing.assert_allclose(merged["bounding_box"]["max"], expected.max(axis=0), atol=1e-9)
+            self.assertEqual(merged["faces"], list(range(3 * len(members))))
+            self.assertEqual(len(merged["colors"]), 12 * len(members))
+            self.assertNotIn("mesh", merged)
+
     def test_missing_and_malformed_files_are_named(self):
         self.assertIn("in.json", self.run_program(None).stderr)
-        with open(self.path("in.json"), "w") as f:
-            f.write("{ not json")
-        self.assertIn("in.json", self.run_program(None).stderr)
+        good = json.dumps(make_graph(self.make_segments(3, (1, 1, 3)), (1, 1, 3)))
+        for text, word in ((b"{ not json", "is not JSON"), (b"", "is empty"),
+                           (good.encode()[:1000], "cut off"),
+                           (gzip.compress(good.encode()), "gzip"),
+                           (good.encode("utf-16"), "UTF-16"),
+                           (100000 * b"[", "deeper than"), (b"{}", "nodes"),
+                           (b"<html>", "web page")):
+            with open(self.path("in.json"), "wb") as f:
+                f.write(text)
+            result = self.run_program(None)
+            self.assertEqual(result.returncode, 1, result.stderr)
+            self.assertIn(self.path("in.json"), result.stderr)
+            self.assertIn(word, result.stderr)
         with open(self.path("tasks.yaml"), "w") as f:
             f.write("- wash the dishes\n")
         message = self.run_program(make_graph([], (1, 1, 3))).stderr
@@ -413,6 +486,44 @@ class ClusterSceneGraph(unittest.TestCase):
             for index, members in enumerate(tape["clusters"]):
                 node = loaded.get_node(node_id("O", index))
                 self.assertEqual(sorted(node.children()), members)
+
+    @unittest.skipIf(spark_dsg is None, "the Python package spark_dsg is not here "
+                     "(scripts/install_spark_dsg gets it)")
+    def test_spark_dsg_reads_clustered_files_of_clio(self):
+        tape, out = self.cluster(self.make_clio_graph(20), "--delta", "0.05")
+        loaded = spark_dsg.DynamicSceneGraph.load(self.path("out.json"))
+        self.assertEqual(loaded.get_layer(2).num_nodes(), len(tape["clusters"]))
+        objects = [n for n in out["nodes"] if n["layer"] == 2]
+        for node, members in zip(objects, tape["clusters"]):
+            ours, theirs = node["attributes"], loaded.get_node(node["id"]).attributes
+            box = ours["bounding_box"]
+            if len(members) > 1:  # spark_dsg takes the centre as it is written, Clio's is 0
+                np.testing.assert_allclose(theirs.bounding_box.min, box["min"], atol=1e-5)
+                np.testing.assert_allclose(theirs.bounding_box.max, box["max"], atol=1e-5)
+            vertices = theirs.mesh().get_vertices()
+            np.testing.assert_allclose(vertices[:3].T + np.array(box["min"]),
+                                       self.world_vertices(ours), atol=1e-5)
+
+    @unittest.skipIf(spark_dsg is None, "the Python package spark_dsg is not here "
+                     "(scripts/install_spark_dsg gets it)")
+    def test_spark_dsg_reads_what_is_left_of_a_graph_with_faults(self):
+        version = (1, 1, 3)
+        graph = make_graph(self.make_segments(20, version), version)
+        graph["nodes"][3]["attributes"]["semantic_feature"]["data"][0] = math.nan
+        graph["nodes"][4]["attributes"]["mesh"]["faces"][0] = [0, 1, 99]
+        info = {"type": "EdgeAttributes", "weight": 1.0, "weighted": False, "metadata": {}}
+        graph["edges"].append({"source": node_id("p", 9), "target": node_id("s", 0), "info": info})
+        graph["nodes"][4]["attributes"]["semantic_feature"] = (
+            graph["nodes"][5]["attributes"]["semantic_feature"])
+        graph["nodes"][4]["attributes"]["bounding_box"] = (
+            graph["nodes"][5]["attributes"]["bounding_box"])
+        result = self.run_program(graph, "--delta", "0.05")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        for words in ("1 mesh ", "1 edge ", "p9 ("):
+            self.assertIn(words, result.stderr)
+        loaded = spark_dsg.DynamicSceneGraph.load(self.path("out.json"))
+        self.assertEqual(loaded.get_layer("SEGMENTS").num_nodes(), 20)
+        self.assertIsNone(loaded.get_node(node_id("s", 9)).get_parent())
 
     @unittest.skipIf(spark_dsg is None, "the Python package spark_dsg is not here "
                      "(scripts/install_spark_dsg gets it)")

@@ -5,6 +5,7 @@ import pathlib
 import re
 import subprocess
 import unittest
+import xml.etree.ElementTree as ElementTree
 
 SOURCE = pathlib.Path(os.environ["TSG_SOURCE_DIR"])
 PROGRAMS = pathlib.Path(os.environ["TSG_BUILD_DIR"]) / "devel" / "lib" / "task_scene_graph"
@@ -36,6 +37,14 @@ class Documentation(unittest.TestCase):
             for target in re.findall(r"\]\(([^)#]+)[^)]*\)", prose):
                 if not target.startswith("http"):
                     self.assertTrue((document.parent / target).exists(), f"{document.name}: {target}")
+
+    def test_every_launch_argument_is_documented_and_says_whether_it_is_optional(self):
+        for launch in sorted((SOURCE / "launch").glob("*.launch")):
+            for arg in ElementTree.parse(str(launch)).getroot().findall("arg"):
+                doc, where = arg.get("doc", ""), f"{launch.name}: {arg.get('name')}"
+                self.assertTrue(doc, where)
+                is_needed = arg.get("default") is None or "needed here or" in doc
+                self.assertEqual(doc.startswith("optional: "), not is_needed, where)
 
     def test_programs_and_scripts_named_in_the_documents_exist(self):
         for document in DOCUMENTS:

@@ -70,7 +70,8 @@ class EncodeTasks(unittest.TestCase):
         done = self.run_program("--models", self.write_models(512), "--tasks", self.write("tasks.yaml", "- a mug\n"),
                                 "--output", str(self.output))
         self.assertEqual(done.returncode, 1)
-        self.assertIn("gives embeddings of 12 values, but model set 'small' says embedding_size 512", done.stdout)
+        self.assertIn("gives embeddings of 12 values, but model set 'small' (", done.stdout)
+        self.assertIn("says embedding_size 512", done.stdout)
         self.assertFalse(self.output.exists())
 
     def test_options_that_are_missing_or_unknown_are_named(self):

@@ -66,6 +66,36 @@ class ModelSetFile(unittest.TestCase):
             self.assertEqual([p.name for p in path.parent.iterdir()], ["models.yaml"])
 
 
+class OurSegmenter(unittest.TestCase):
+    PROGRAM = os.path.join(os.environ.get("TSG_BUILD_DIR", "build"), "devel/lib/task_scene_graph/segment_images")
+
+    def check(self, network):
+        networks = SOURCE / "test" / "data" / "networks"
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "models.yaml"
+            model_set.write(path, {"segmenter": str((networks / network).resolve()), "embedding_size": 4,
+                                   "image_encoder": str((networks / "encoder.onnx").resolve())})
+            image = pathlib.Path(folder) / "image.ppm"
+            image.write_bytes(b"P6 64 64 255\n" + bytes(range(256)) * 48)
+            os.environ["TSG_SEGMENT_IMAGES"] = self.PROGRAM
+            try:
+                return model_set.check_with_our_segmenter(path, image)
+            except checks.Mismatch as mismatch:
+                if "scripts/install_engine" in str(mismatch):
+                    self.skipTest(str(mismatch))
+                raise
+            finally:
+                del os.environ["TSG_SEGMENT_IMAGES"]
+                self.assertEqual(sorted(os.listdir(folder)), ["image.ppm", "models.yaml"])
+
+    def test_accepts_the_layout_of_fastsam(self):
+        self.assertRegex(self.check("segmenter.onnx"), "our own segmenter: [0-9]+ segments")
+
+    def test_refuses_an_onnx_file_of_another_layout(self):
+        with self.assertRaisesRegex(checks.Mismatch, "NMS inside"):
+            self.check("segmenter_nms.onnx")
+
+
 def run_export(*options):
     python = os.environ.get("TSG_EXPORT_PYTHON", sys.executable)
     return subprocess.run([python, str(SOURCE / "scripts" / "export_models"), *options], stdout=subprocess.PIPE,

@@ -8,14 +8,26 @@ import tempfile
 import unittest
 
 import numpy
+import rosbag
+import yaml
 
 PROGRAMS = pathlib.Path(os.environ["TSG_BUILD_DIR"]) / "devel" / "lib" / "task_scene_graph"
 MAP_FILES = ["scene_graph.json", "summary.json", "mesh.ply"]
 
 
-def run(program, *arguments):
-    return subprocess.run([str(PROGRAMS / program), *map(str, arguments)], stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, universal_newlines=True, timeout=300)
+def run(program, *arguments, cwd=None, env=None):
+    return subprocess.run([str(PROGRAMS / program), *map(str, arguments)], stdout=subprocess.PIPE, cwd=cwd,
+                          env=env, stderr=subprocess.PIPE, universal_newlines=True, timeout=300)
+
+
+def rename_frame(source, target, old, new):
+    """Copies a bag with another name for the frame that tf's transforms lead to."""
+    with rosbag.Bag(str(source)) as read, rosbag.Bag(str(target), "w") as written:
+        for topic, message, time in read.read_messages():
+            for transform in message.transforms if topic in ("/tf", "/tf_static") else []:
+                if transform.header.frame_id == old:
+                    transform.header.frame_id = new
+            written.write(topic, message, time)
 
 
 class ProcessBag(unittest.TestCase):
@@ -108,9 +120,80 @@ class ProcessBag(unittest.TestCase):
         self.assertIn("corridor", [row["task"] for row in summary["rooms_per_task"]])
         self.assertNotIn("corridor", [row["task"] for row in summary["objects_per_task"]])
 
+    def test_last_line_says_which_files_were_written_and_what_they_hold(self):
+        output, done = self.process("line")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        counts = json.loads((output / "summary.json").read_text())["counts"]
+        line = done.stdout.splitlines()[-1]
+        self.assertTrue(line.startswith(f"wrote {output}: scene_graph.json ({counts['objects']} object"), line)
+        self.assertRegex(line, r"mesh\.ply \(\d+ vertices\), settings\.yaml, timing\.json$")
+        for path in output.iterdir():
+            self.assertIn(path.name, line)
+
+    def test_without_a_usable_frame_the_last_line_says_that_no_map_was_written_and_why(self):
+        output, done = self.process("no_frame", "--world-frame", "moon")
+        self.assert_refused(done, "no map was written", "no transform, 121", "'moon'")
+        self.assertFalse(output.exists())
+
+    def test_settings_are_stored_and_can_be_used_again(self):
+        output, done = self.process("first", *self.configured(
+            "input: {sync_tolerance_s: 3e-2}\ntracker: {window_s: 3, frame_cache: 99}\n"))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        settings = yaml.safe_load((output / "settings.yaml").read_text())
+        self.assertEqual(settings["input"]["sync_tolerance_s"], 0.03)
+        self.assertEqual(settings["tracker"]["window_s"], 3)
+        self.assertEqual(settings["scene_graph"]["object_tasks"], str(self.tasks))
+        self.assertEqual(settings["made_with"], {"program": "process_bag", "bag": [str(self.bag)]})
+        again = self.folder / "again"
+        done = run("process_bag", "--bag", self.bag, "--config", output / "settings.yaml", "--output", again)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        for name in MAP_FILES:
+            self.assertEqual((output / name).read_bytes(), (again / name).read_bytes(), name)
+
+    def test_files_name_the_frame_of_the_map(self):
+        bag = self.folder / "odom.bag"
+        rename_frame(self.bag, bag, "world", "odom")
+        output, done = self.process("odom", *self.configured("input: {world_frame: odom}\n"), bag=bag)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(json.loads((output / "summary.json").read_text())["frame"], "odom")
+        graph = json.loads((output / "scene_graph.json").read_text())
+        self.assertEqual(graph["metadata"]["frame"], "odom")
+        self.assertIn(b"\ncomment frame odom\n", (output / "mesh.ply").read_bytes()[:200])
+
+    def test_tilde_is_the_home_folder_and_no_folder_of_that_name_is_made(self):
+        done = run("process_bag", "--bag", "~/home.bag", "--object-tasks", "file://~/home.object_tasks.yaml",
+                   "--output=~/tilde", cwd=self.folder, env={**os.environ, "HOME": str(self.folder)})
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertTrue((self.folder / "tilde" / "summary.json").exists())
+        self.assertFalse((self.folder / "~").exists())
+
+    def test_relative_paths_of_the_configuration_begin_at_its_folder(self):
+        folder = self.folder / "relative"
+        folder.mkdir()
+        (folder / "my.yaml").write_text("output: map\nscene_graph: {object_tasks: ../home.object_tasks.yaml}\n")
+        done = run("process_bag", "--bag", self.bag, "--config", folder / "my.yaml", cwd="/")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertTrue((folder / "map" / "summary.json").exists())
+
+    def test_tasks_without_a_task_are_a_warning(self):
+        tasks = self.folder / "none.yaml"
+        tasks.write_text("tasks: []\n")
+        _, done = self.process("no_tasks", tasks=tasks)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn(f"task file '{tasks}' holds no task: there will be no objects", done.stderr)
+
+    def test_parameters_of_the_nodelets_are_known_and_checked(self):
+        _, done = self.process("none", *self.configured("tracker: {frame_cache: 0}\n"))
+        self.assert_refused(done, "frame_cache")
+
+    def test_neither_tasks_nor_output_is_a_usage_error(self):
+        done = run("process_bag", "--bag", self.bag)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("--object-tasks", done.stderr)
+
     def test_misspelt_parameter_is_named_with_the_nearest(self):
         _, done = self.process("none", *self.configured("tracker: {windw_s: 2.0}\n"))
-        self.assert_refused(done, "tracker/windw_s", "window_s")
+        self.assert_refused(done, "windw_s", "window_s", "config.yaml")
 
     def test_missing_bag_is_named(self):
         _, done = self.process("none", bag=self.folder / "absent.bag")

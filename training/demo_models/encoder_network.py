@@ -65,7 +65,7 @@ class TextEncoder(nn.Module):
         self.direct = nn.Linear(width, EMBEDDING_SIZE)
 
     def forward(self, tokens):
-        rows = self.row_of_token[tokens].long()
+        rows = self.row_of_token[tokens].to(torch.int64)
         is_word = (rows != PADDING).float()
         share = is_word * torch.exp(self.weight(rows)[..., 0])
         mean = (self.words(rows) * share[..., None]).sum(1) / (share.sum(1, keepdim=True) + 1e-4)

@@ -30,7 +30,7 @@ def compute_iou(a, b):
 def assign(boxes, score_logits, centers, strides, targets):
     """Of one image: index of the thing of each cell (-1: none) and the score it should have."""
     num_cells = boxes.shape[0]
-    owner = torch.full((num_cells,), -1, dtype=torch.long)
+    owner = torch.full((num_cells,), -1, dtype=torch.int64)
     wanted = torch.zeros(num_cells)
     if targets.shape[0] == 0:
         return owner, wanted
@@ -79,7 +79,7 @@ def compute_image_loss(raw, index, things, labels, generator):
     targets = things[target_index, :4]
     owner, wanted = assign(boxes.detach(), scores.detach(), centers, strides, targets)
     ignored = torch.cat((torch.zeros(1, dtype=torch.bool), ~is_target))  # by label
-    under = labels[centers[:, 1].long(), centers[:, 0].long()].long()
+    under = labels[centers[:, 1].to(torch.int64), centers[:, 0].to(torch.int64)].to(torch.int64)
     weight = 1.0 - (ignored[under] & (owner < 0)).float()
     score_loss = (functional.binary_cross_entropy_with_logits(scores, wanted, reduction="none")
                   * weight).sum()
@@ -91,7 +91,7 @@ def compute_image_loss(raw, index, things, labels, generator):
     box_loss = ((1 - giou) * wanted[cells]).sum()
     if len(cells) > MAX_MASKS:
         cells = cells[torch.randperm(len(cells), generator=generator)[:MAX_MASKS]]
-    small = labels[2::4, 2::4].long()
+    small = labels[2::4, 2::4].to(torch.int64)
     truth = (small[None] == (target_index[owner[cells]] + 1)[:, None, None]).float()
     logits = torch.einsum("mk,khw->mhw", coefficients[cells], prototypes[index].float())
     entropy, dice = compute_mask_loss(logits, truth, targets[owner[cells]] / 4)

@@ -3,11 +3,15 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <filesystem>
+#include <map>
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "task_scene_graph/config/scalar.h"
 #include "task_scene_graph/config/visitor.h"
 
 namespace tsg::config {
@@ -16,7 +20,19 @@ namespace tsg::config {
 class ConfigError : public std::runtime_error {
  public:
   ConfigError(const std::string& where, const std::vector<std::string>& violations);
+  /// One that says where it is.
+  explicit ConfigError(const std::string& problem);
 };
+
+/// One place in which parameters are given.
+struct Source {
+  std::string name;              ///< for people: "file '/home/u/my.yaml'"; "" is not mentioned
+  YAML::Node parameters;         ///< a map; null and undefined hold nothing
+  std::filesystem::path folder;  ///< where relative paths in it begin; empty: the current folder
+};
+
+/// Name of the source of each parameter that some source gave: "tsdf/voxel_size_m" -> "file '...'".
+using Origins = std::map<std::string, std::string>;
 
 /// One row of a parameter table.
 struct FieldDoc {
@@ -53,6 +69,10 @@ struct TypeName<std::string> {
   static constexpr const char* value = "string";
 };
 template <>
+struct TypeName<std::filesystem::path> {
+  static constexpr const char* value = "path";
+};
+template <>
 struct TypeName<std::vector<std::string>> {
   static constexpr const char* value = "list of strings";
 };
@@ -61,23 +81,40 @@ struct TypeName<std::vector<double>> {
   static constexpr const char* value = "list of numbers";
 };
 
-/// Reads a YAML map into a struct; gathers violations instead of throwing at the first.
+/// Read a value out of a YAML node as scalar.h says; false, with `value` unchanged or not, if it is
+/// not of that type. Strings that are a number or a boolean to a parameter server are none.
+bool read(const YAML::Node& node, bool& value);
+bool read(const YAML::Node& node, int& value);
+bool read(const YAML::Node& node, double& value);
+bool read(const YAML::Node& node, std::string& value);
+template <typename T>
+bool read(const YAML::Node& node, std::vector<T>& values) {
+  if (!node.IsSequence()) return false;
+  std::vector<T> items(node.size());
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    if (!read(node[i], items[i])) return false;
+  }
+  values = std::move(items);
+  return true;
+}
+
+/// Reads one source into a struct; gathers violations instead of throwing at the first.
 class Loader {
  public:
-  Loader(const YAML::Node& map, std::string path, std::vector<std::string>& violations);
-  /// Reports keys that no field asked for, with the nearest known name.
+  /// `origins` may be null.
+  Loader(const Source& source, std::vector<std::string>& violations, Origins* origins);
+  /// Reports keys that no field asked for, with the nearest known name, and keys that are there
+  /// twice.
   void finish() const;
 
   template <typename T>
   void field(const char* name, T& value, Range, const char*, const char*) {
     const YAML::Node node = take(name);
     if (!node.IsDefined()) return;
-    try {
-      value = node.as<T>();
-    } catch (const YAML::Exception&) {
-      wrongType(name, node, TypeName<T>::value);
-    }
+    if (!read(node, value)) return wrongType(name, node, TypeName<T>::value);
+    noteOrigin(name);
   }
+  void field(const char* name, std::filesystem::path& value, Range, const char*, const char*);
 
   template <typename Enum>
   void choice(const char* name, Enum& value, const Choices<Enum>& choices, const char*) {
@@ -87,7 +124,7 @@ class Loader {
     for (const auto& [text, option] : choices) {
       if (node.IsScalar() && node.Scalar() == text) {
         value = option;
-        return;
+        return noteOrigin(name);
       }
       names += (names.empty() ? "" : ", ") + text;
     }
@@ -98,25 +135,34 @@ class Loader {
   void group(const char* name, Config& config) {
     const YAML::Node node = take(name);
     if (!node.IsDefined() || node.IsNull()) return;
-    Loader loader(node, joinPath(path_, name), violations_);
+    Loader loader(*this, node, name);
     Config::visit(config, loader);
     loader.finish();
   }
 
  private:
+  Loader(const Loader& parent, const YAML::Node& map, const std::string& group);
+  void checkIsMap();
   YAML::Node take(const std::string& name);
+  void noteOrigin(const std::string& name);
+  void report(const std::string& problem) const;
   void wrongType(const std::string& name, const YAML::Node& node, const std::string& expected);
 
+  const Source& source_;
   YAML::Node map_;
   std::string path_;
   std::vector<std::string>& violations_;
+  Origins* origins_;
   std::set<std::string> known_;
 };
 
+/// " (file '/home/u/my.yaml')", or "" where there is no name.
+std::string mention(const std::string& source);
+
 class Checker {
  public:
-  Checker(std::string path, std::vector<std::string>& violations)
-      : path_(std::move(path)), violations_(violations) {}
+  Checker(std::string path, std::vector<std::string>& violations, const Origins* origins)
+      : path_(std::move(path)), violations_(violations), origins_(origins) {}
 
   template <typename T>
   void field([[maybe_unused]] const char* name, const T& value, [[maybe_unused]] Range range,
@@ -131,7 +177,7 @@ class Checker {
   void choice(const char*, const Enum&, const Choices<Enum>&, const char*) {}
   template <typename Config>
   void group(const char* name, const Config& config) {
-    Checker checker(joinPath(path_, name), violations_);
+    Checker checker(joinPath(path_, name), violations_, origins_);
     Config::visit(config, checker);
   }
 
@@ -140,6 +186,26 @@ class Checker {
 
   std::string path_;
   std::vector<std::string>& violations_;
+  const Origins* origins_;  ///< may be null
+};
+
+/// The names at the top level of a configuration.
+class NameLister {
+ public:
+  std::vector<std::string> names;
+
+  template <typename T>
+  void field(const char* name, const T&, Range, const char*, const char*) {
+    names.emplace_back(name);
+  }
+  template <typename Enum>
+  void choice(const char* name, const Enum&, const Choices<Enum>&, const char*) {
+    names.emplace_back(name);
+  }
+  template <typename Config>
+  void group(const char* name, const Config&) {
+    names.emplace_back(name);
+  }
 };
 
 class Writer {
@@ -148,7 +214,11 @@ class Writer {
 
   template <typename T>
   void field(const char* name, const T& value, Range, const char*, const char*) {
-    map[name] = value;
+    if constexpr (std::is_same_v<T, std::filesystem::path>) {
+      map[name] = value.string();
+    } else {
+      map[name] = value;
+    }
   }
   template <typename Enum>
   void choice(const char* name, const Enum& value, const Choices<Enum>& choices, const char*) {
@@ -177,6 +247,8 @@ class Documenter {
       text = value ? "true" : "false";
     } else if constexpr (std::is_same_v<T, std::string>) {
       text = '"' + value + '"';
+    } else if constexpr (std::is_same_v<T, std::filesystem::path>) {
+      text = '"' + value.string() + '"';
     } else if constexpr (std::is_same_v<T, std::vector<double>>) {
       for (const double item : value) text += (text.empty() ? "" : ", ") + formatNumber(item);
       text = '[' + text + ']';
@@ -216,23 +288,45 @@ void throwIfAny(const std::string& where, const std::vector<std::string>& violat
 template <typename Config>
 void validate(const Config& config, const std::string& where) {
   std::vector<std::string> violations;
-  internal::Checker checker("", violations);
+  internal::Checker checker("", violations, nullptr);
   Config::visit(config, checker);
   internal::throwIfAny(where, violations);
 }
 
-/// Reads a YAML map; fields that are absent keep `defaults`. @throws ConfigError with all
-/// violations: unknown keys (with the nearest known one), wrong types, values out of range.
+/// Reads sources one after the other, so that later ones win; what none gives keeps `defaults`.
+/// @param origins  if not null, gets the source of each parameter that was given
+/// @throws ConfigError with all violations, each naming its source: unknown keys (with the nearest
+/// known one), keys that are there twice, empty values, wrong types, values out of range.
 template <typename Config>
-Config load(const YAML::Node& map, const std::string& where, Config defaults = {}) {
+Config load(const std::vector<Source>& sources, const std::string& where, Config defaults = {},
+            Origins* origins = nullptr) {
   std::vector<std::string> violations;
-  internal::Loader loader(map, "", violations);
-  Config::visit(defaults, loader);
-  loader.finish();
-  internal::Checker checker("", violations);
+  Origins found;
+  for (const Source& source : sources) {
+    internal::Loader loader(source, violations, &found);
+    Config::visit(defaults, loader);
+    loader.finish();
+  }
+  internal::Checker checker("", violations, &found);
   Config::visit(static_cast<const Config&>(defaults), checker);
   internal::throwIfAny(where, violations);
+  if (origins != nullptr) *origins = std::move(found);
   return defaults;
+}
+
+/// The same with one source, which `where` names.
+template <typename Config>
+Config load(const YAML::Node& map, const std::string& where, Config defaults = {}) {
+  return load(std::vector<Source>{{"", map, {}}}, where, std::move(defaults));
+}
+
+/// Names of the fields, choices and groups at the top level of a configuration.
+template <typename Config>
+std::vector<std::string> listNames() {
+  internal::NameLister lister;
+  const Config config{};
+  Config::visit(config, lister);
+  return lister.names;
 }
 
 /// The struct as a YAML map that `load` reads back to an equal struct.
@@ -253,8 +347,8 @@ std::vector<FieldDoc> describe() {
   return rows;
 }
 
-/// Parses a YAML file. @throws ConfigError naming the file and the line if it is absent or
-/// malformed.
+/// Parses a YAML file. @throws ConfigError naming the file by its full path, and the line where
+/// there is one, if it is absent, a folder, unreadable or malformed, or holds several documents.
 YAML::Node loadYamlFile(const std::string& path);
 
 /// The candidate nearest to `name` in edit distance, or "" if none comes near. O(len^2 *

@@ -21,7 +21,8 @@
 ///     };
 ///
 /// The visitors of config.h load, check, print and document any such struct. Field types: bool,
-/// int, double, std::string, std::vector<std::string>, std::vector<double>. Ranges are inclusive
+/// int, double, std::string, std::filesystem::path (read as expandPath() does, relative to the
+/// folder of what gives it), std::vector<std::string>, std::vector<double>. Ranges are inclusive
 /// and only checked for numbers.
 namespace tsg::config {
 

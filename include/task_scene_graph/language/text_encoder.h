@@ -7,6 +7,7 @@
 #include "task_scene_graph/config/visitor.h"
 #include "task_scene_graph/core/embedding.h"
 #include "task_scene_graph/language/tokenizer.h"
+#include "task_scene_graph/segmentation/clip_tower.h"
 #include "task_scene_graph/segmentation/inference_engine.h"
 #include "task_scene_graph/segmentation/model_set.h"
 
@@ -26,19 +27,21 @@ struct TextEncoderConfig {
 };
 
 /// Turns words into vectors of the space that the model set's image encoder maps images to: CLIP's
-/// text encoder, int64 or int32 tokens [N, 77] -> float32 [N, D].
+/// text encoder, int64 or int32 tokens [N, 77] -> float32 [N, D] (segmentation::ClipTower tells
+/// which files serve).
 /// Thread safety: all but the constructor may be called from several threads at once.
 class TextEncoder {
  public:
   /// Loads the vocabulary (the model set's `tokenizer`, else the installed one) and the network,
-  /// and runs it once.
+  /// and runs it on two texts.
   /// @throws config::ConfigError, std::invalid_argument if the configuration is wrong;
   /// std::runtime_error naming the vocabulary file; segmentation::InferenceError naming the network
-  /// file, if there is none, it has another shape, or its embeddings have not the model set's size.
+  /// file, if there is none, it has another shape, its embeddings have not the model set's size, or
+  /// it gives the same for both texts.
   TextEncoder(const segmentation::ModelSet& models, const segmentation::EngineConfig& engine,
               const TextEncoderConfig& config = {});
 
-  int embeddingSize() const { return embedding_size_; }
+  int embeddingSize() const { return tower_.embeddingSize(); }
 
   /// One row of length 1 per text, without templates.
   /// @throws std::invalid_argument if a text is not valid UTF-8; segmentation::Cancelled;
@@ -50,21 +53,17 @@ class TextEncoder {
   EmbeddingMatrix encodeTasks(const std::vector<std::string>& names) const;
 
   /// Ends running calls soon; they and all later ones throw segmentation::Cancelled.
-  void cancel() { network_.cancel(); }
+  void cancel() { tower_.cancel(); }
 
  private:
-  void checkSignature() const;
-  EmbeddingMatrix runBatch(const TokenMatrix& tokens) const;
-  EmbeddingMatrix toEmbeddings(const segmentation::TensorView& output, Eigen::Index count) const;
+  void probe();
+  EmbeddingMatrix encodeUnscaled(const std::vector<std::string>& utf8_texts) const;
   void checkValues(const EmbeddingMatrix& embeddings,
                    const std::vector<std::string>& utf8_texts) const;
 
   TextEncoderConfig config_;
-  segmentation::Network network_;
+  segmentation::ClipTower tower_;
   Tokenizer tokenizer_;
-  std::string models_name_;
-  int embedding_size_ = 0;
-  int fixed_batch_ = 0;  ///< the file's batch size, 0 where it leaves it open
 };
 
 }  // namespace tsg::language

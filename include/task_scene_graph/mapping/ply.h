@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "task_scene_graph/core/mesh.h"
@@ -14,9 +15,14 @@ namespace tsg::mapping {
 /// std::invalid_argument if there is not one colour per vertex.
 void writePly(const std::filesystem::path& path, const Mesh& mesh);
 
-/// The same with one more vertex property, `int object_id`.
+/// The same with one more vertex property, `int object_id`, and the name of the frame that the
+/// vertices are in as a comment of the header ("comment frame map"; empty: none).
 /// @throws as above, and if there is not one id per vertex.
 void writePly(const std::filesystem::path& path, const Mesh& mesh,
-              const std::vector<std::int32_t>& object_ids);
+              const std::vector<std::int32_t>& object_ids, const std::string& frame = "");
+
+/// The number of vertices that a PLY file's header gives. @throws std::runtime_error naming the
+/// file if it is none.
+std::size_t countPlyVertices(const std::filesystem::path& path);
 
 }  // namespace tsg::mapping

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "task_scene_graph/core/stage_times.h"
 #include "task_scene_graph/pipeline/background_fusion.h"
@@ -45,10 +46,12 @@ struct PipelineConfig {
 class Pipeline {
  public:
   /// @param segmenter  may be null: only recorded segmentations are used then.
+  /// @param world_frame  name of the frame that the frames' poses map to
   /// @throws config::ConfigError, or std::invalid_argument for unusable tasks.
   Pipeline(const PipelineConfig& config, const scene_graph::TaskList& object_tasks,
            const scene_graph::TaskList& place_tasks,
-           std::unique_ptr<segmentation::Segmenter> segmenter);
+           std::unique_ptr<segmentation::Segmenter> segmenter,
+           const std::string& world_frame = "world");
 
   /// @param recorded  segmentation of this frame, or null: the segmenter is asked, if there is one.
   void process(const RgbdFramePtr& frame, const SegmentationPtr& recorded);
@@ -63,6 +66,7 @@ class Pipeline {
   const ObjectFusion& objects() const { return objects_; }
   const BackgroundFusion& background() const { return background_; }
   const tracking::Tracker& tracker() const { return tracker_; }
+  const scene_graph::SceneGraphBuilder& sceneGraph() const { return scene_graph_; }
 
  private:
   SegmentationPtr findSegmentation(const RgbdFrame& frame, const SegmentationPtr& recorded);

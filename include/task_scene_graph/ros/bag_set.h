@@ -5,6 +5,7 @@
 #include <rosbag/view.h>
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -22,6 +23,8 @@ class BagSet {
   /// Calls `on_message` for each message of the topics until it returns false.
   void forEach(const std::vector<std::string>& topics, const OnMessage& on_message);
   std::size_t count(const std::string& topic);
+  /// Topics whose messages are of one of these types, by name.
+  std::vector<std::string> findTopics(const std::vector<std::string>& types);
   /// Type of a topic's messages; "" if there is none.
   std::string typeOf(const std::string& topic);
   /// One line for each topic, with its type.
@@ -31,6 +34,7 @@ class BagSet {
 
  private:
   void addTo(rosbag::View& view, const std::vector<std::string>& topics);
+  std::map<std::string, std::string> mapTypes();
 
   std::vector<std::unique_ptr<rosbag::Bag>> bags_;
   std::string name_;

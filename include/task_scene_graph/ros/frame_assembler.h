@@ -5,6 +5,7 @@
 #include <deque>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "task_scene_graph/ros/frame_maker.h"
@@ -44,7 +45,8 @@ class FrameAssembler {
     std::uint64_t matched = 0;           ///< pairs
     std::uint64_t unmatched_colors = 0;  ///< colour images without a depth image
     std::uint64_t unmatched_depths = 0;  ///< depth images without a colour image
-    double nearest_unmatched_s = 0.0;    ///< least distance of an unmatched colour image to depth
+    /// Least distance of an unmatched colour image to depth.
+    std::optional<double> nearest_unmatched_s;
   };
   /// Frame ids of the newest pair and of the camera_info in force.
   struct FrameIds {

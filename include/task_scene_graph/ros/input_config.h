@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 #include "task_scene_graph/config/visitor.h"
@@ -39,7 +40,7 @@ struct InputConfig {
   bool rectify = false;
   MatchSize match_size = MatchSize::kNone;
   std::string pose_topic;
-  std::string trajectory;
+  std::filesystem::path trajectory;
   std::string pose_frame;
   PoseDirection pose_direction = PoseDirection::kCameraToWorld;
   CameraAxes camera_axes = CameraAxes::kOptical;

@@ -10,6 +10,7 @@
 #include <task_scene_graph/PlaceGraph.h>
 #include <task_scene_graph/SceneGraph.h>
 #include <task_scene_graph/Segmentation.h>
+#include <task_scene_graph/StageSettings.h>
 #include <task_scene_graph/Tracks.h>
 
 /// The generators put messages into a namespace named after the package; the library's own code is

@@ -7,6 +7,7 @@
 #include <topic_tools/shape_shifter.h>
 
 #include <boost/signals2/connection.hpp>
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -17,6 +18,7 @@
 #include "task_scene_graph/ros/frame_assembler.h"
 #include "task_scene_graph/ros/image_subscriber.h"
 #include "task_scene_graph/ros/input_config.h"
+#include "task_scene_graph/ros/input_plausibility_report.h"
 #include "task_scene_graph/ros/pose_source.h"
 #include "task_scene_graph/ros/pose_waiter.h"
 #include "task_scene_graph/ros/stage_report.h"
@@ -43,9 +45,12 @@ class RgbdInput {
   };
 
   /// Subscribes at once; `report` must live longer.
+  /// @param plausibility  where given, the report says what looks wrong with the input; one stage
+  /// of a chain is enough
   /// @throws config::ConfigError, InputError, std::runtime_error for files that cannot be read.
   RgbdInput(const ::ros::NodeHandle& handle, const InputConfig& config, StageReport& report,
-            Callbacks callbacks);
+            Callbacks callbacks,
+            const std::optional<plausibility::PlausibilityConfig>& plausibility = std::nullopt);
   ~RgbdInput();
 
   /// Names silent topics and stamps that never match; decides on images that have waited for long.
@@ -63,12 +68,14 @@ class RgbdInput {
   void subscribeCameraInfo(::ros::NodeHandle handle);
   void subscribePoses(::ros::NodeHandle handle);
   void addPose(const topic_tools::ShapeShifter& message);
+  void reportFindings();
   void lookForCompressed(ImageSubscriber& image, std::size_t number);
   void jumpBack();
 
   const InputConfig config_;
   StageReport& report_;
   const Callbacks callbacks_;
+  const std::unique_ptr<InputPlausibilityReport> plausibility_;  ///< may be null
   TopicWatch watch_;
   tf2_ros::Buffer tf_buffer_;
   PoseSource poses_;
@@ -80,6 +87,7 @@ class RgbdInput {
   std::unique_ptr<FrameAssembler> assembler_;
   std::uint64_t num_colors_at_check_ = 0;
   int num_quiet_checks_ = 0;
+  std::chrono::steady_clock::time_point newest_findings_;
   std::optional<ImageSubscriber> color_;
   std::optional<ImageSubscriber> depth_;
   ::ros::Subscriber info_;

@@ -15,14 +15,26 @@ struct NodeletSpec {
   std::string name;  ///< resolved in the node's namespace; empty = the node's own name
 };
 
+/// Command line of a program that runs nodelets.
+struct NodeletProgram {
+  std::string node_name;
+  std::string usage;  ///< printed for --help
+  std::vector<NodeletSpec> nodelets;
+};
+
 /// A main program: a nodelet manager that loads the nodelets given, in the order of the chain, and
 /// runs until SIGINT, SIGTERM or a shutdown from the master. On a signal, while ROS is still up, it
 /// calls `finish` of its stages in order, each told what the one before has published, so that
 /// nothing in the chain is lost; then the nodelets are unloaded, last stage first, and write their
-/// files. Other nodelets (a camera driver) can be loaded into it as into any manager.
-/// Returns the program's exit status: 1 if a nodelet did not load, else 0.
-int runNodelets(int argc, char** argv, const std::string& node_name,
-                const std::vector<NodeletSpec>& nodelets);
+/// files; one line says which, or why none. Other nodelets (a camera driver) can be loaded into it
+/// as into any manager. Without a master it waits for one; a signal ends it then, too.
+/// @param options  what may be on the command line besides --help and ROS's own words; the
+/// nodelets get the whole command line
+/// Returns the program's exit status: 0; 1 if a nodelet did not load, or if files were asked for
+/// and not written; 2 for an option that is not known; 128 and the signal if it came before all
+/// were loaded.
+int runNodelets(int argc, char** argv, const NodeletProgram& program,
+                const std::vector<std::string>& options = {});
 
 /// What the last of a row of stages has published when it was finished, see Finish.srv.
 struct FinishedStages {

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <map>
 #include <mutex>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -28,12 +29,19 @@ class StageReport {
   void countImage(bool is_shared, const void* pixels);
   /// Logs a problem that drops nothing; throttled by `key` as above.
   void warn(const std::string& key, const std::string& problem);
+  /// What looks wrong with the input at present, by key: shown in diagnostics, which then say WARN;
+  /// each key is logged once.
+  void setFindings(std::map<std::string, std::string> findings);
   /// Sets a free line of the diagnostics.
   void set(const std::string& key, const std::string& value);
 
   std::uint64_t inputs() const;
   std::uint64_t processed() const;
   std::uint64_t dropped(const std::string& reason) const;
+
+  /// What became of the input, for somebody who finds no output: "150 inputs, none was usable (150
+  /// dropped: stamp is 0)", "no input arrived".
+  std::string describeInput(const std::string& input) const;
 
   /// WARN if something was dropped or a problem appeared since the report before, else OK.
   void fill(diagnostic_updater::DiagnosticStatusWrapper& status);
@@ -55,6 +63,8 @@ class StageReport {
   const void* last_pixels_ = nullptr;
   std::map<std::string, std::uint64_t> dropped_;
   std::map<std::string, std::string> lines_;
+  std::map<std::string, std::string> findings_;
+  std::set<std::string> logged_findings_;
   std::map<std::string, Throttle> throttles_;
   std::vector<double> durations_ms_;  ///< ring of the newest kMaxDurations
   std::string newest_problem_;

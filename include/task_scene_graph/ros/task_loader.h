@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "task_scene_graph/scene_graph/tasks.h"
 
@@ -11,5 +12,17 @@ namespace tsg::ros_interface {
 /// `models_path` (empty: there is none). @throws config::ConfigError and others that name the file
 /// and what is missing.
 scene_graph::TaskList loadTaskList(const std::string& path, const std::string& models_path);
+
+/// The tasks of a chain, and what a user should know of them.
+struct ChainTasks {
+  scene_graph::TaskList objects;
+  scene_graph::TaskList places;
+  std::vector<std::string> warnings;  ///< one for each file without a task
+};
+
+/// Reads both task files. @param place_path  empty: the places' tasks are the objects'
+/// @throws as loadTaskList().
+ChainTasks loadChainTasks(const std::string& object_path, const std::string& place_path,
+                          const std::string& models_path);
 
 }  // namespace tsg::ros_interface

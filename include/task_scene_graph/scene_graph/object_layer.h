@@ -11,6 +11,7 @@
 #include "task_scene_graph/core/primitives.h"
 #include "task_scene_graph/scene_graph/config.h"
 #include "task_scene_graph/scene_graph/scene_graph.h"
+#include "task_scene_graph/scene_graph/scoring.h"
 #include "task_scene_graph/scene_graph/tasks.h"
 
 namespace tsg::bottleneck {
@@ -54,6 +55,7 @@ class ObjectLayer {
   std::vector<SceneObject> computeObjects();
 
   std::vector<ObjectPrimitivePtr> primitives() const;  ///< ascending by id
+  CosineSummary summarizeCosines() const;              ///< of the primitives to the tasks
   const TaskList& tasks() const { return tasks_; }
   const PrimitiveCounters& counters() const { return counters_; }
   Stamp newest() const { return newest_; }  ///< latest last_seen of all primitives

@@ -12,6 +12,7 @@
 #include "task_scene_graph/core/primitives.h"
 #include "task_scene_graph/scene_graph/config.h"
 #include "task_scene_graph/scene_graph/scene_graph.h"
+#include "task_scene_graph/scene_graph/scoring.h"
 #include "task_scene_graph/scene_graph/tasks.h"
 
 namespace tsg::bottleneck {
@@ -48,6 +49,7 @@ class RegionLayer {
   std::vector<Region> computeRegions();
 
   const PlaceGraphPtr& places() const { return places_; }  ///< never null
+  CosineSummary summarizeCosines() const;                  ///< of the places to the tasks
   const TaskList& tasks() const { return tasks_; }
 
  private:

@@ -48,6 +48,7 @@ struct RegionEdge {
 /// One snapshot of the whole graph: primitives -> objects -> places -> regions. Immutable.
 struct SceneGraph {
   Stamp stamp;              ///< newest primitive or place graph in it
+  std::string world_frame;  ///< name of the frame that all coordinates are in
   SceneGraphConfig config;  ///< what it was clustered with
   std::vector<std::string> object_tasks;
   std::vector<std::string> place_tasks;

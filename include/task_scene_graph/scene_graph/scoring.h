@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
+#include <vector>
 
 #include "task_scene_graph/bottleneck/relevance.h"
 #include "task_scene_graph/core/embedding.h"
@@ -17,6 +19,19 @@ struct TaskScore {
 /// embedding of zeros. The same cosines, to the bit, as those that the clustering compares with
 /// alpha. O(m * D).
 TaskScore findBestTask(const Embedding& embedding, const bottleneck::TaskScorer& tasks);
+
+/// How the best cosines of many things to a list of tasks are spread.
+struct CosineSummary {
+  std::size_t count = 0;  ///< things with an embedding
+  double highest = 0.0;   ///< best cosine of the one that serves a task best
+  int task_index = -1;    ///< of the highest
+  double median = 0.0;    ///< of the best cosines
+  double lowest = 0.0;    ///< best cosine of the one that serves the tasks least
+};
+
+/// Summarises findBestTask over the embeddings that have a direction and the tasks' size. O(n m D).
+CosineSummary summarizeCosines(const std::vector<const Embedding*>& embeddings,
+                               const bottleneck::TaskScorer& tasks);
 
 /// True if every value is finite and at least one is not 0.
 bool hasDirection(const Embedding& embedding);

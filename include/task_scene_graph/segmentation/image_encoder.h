@@ -8,6 +8,7 @@
 
 #include "task_scene_graph/config/visitor.h"
 #include "task_scene_graph/core/frame.h"
+#include "task_scene_graph/segmentation/clip_tower.h"
 #include "task_scene_graph/segmentation/inference_engine.h"
 #include "task_scene_graph/segmentation/model_set.h"
 
@@ -61,18 +62,18 @@ std::vector<Batch> planBatches(int num_crops, int max_batch, bool pad);
 cv::Mat cropToSquare(const cv::Mat& image, const cv::Mat& labels, const CropRequest& request,
                      CropFit fit, int size_px);
 
-/// A CLIP-shaped image encoder: float32 [N, 3, S, S] -> [N, D].
+/// A CLIP-shaped image encoder: float32 [N, 3, S, S] -> [N, D]; ClipTower tells which files serve.
 /// Thread safety: `encode` may run in several threads at once; `cancel` from any thread.
 class ImageEncoder {
  public:
-  /// Loads the file and runs it once, at every batch size if it is not on the CPU.
-  /// @throws InferenceError if the file cannot be used or its embeddings have not the model set's
-  /// size.
+  /// Loads the file and runs it on a test pattern, at every batch size if it is not on the CPU.
+  /// @throws InferenceError if the file cannot be used, or its embeddings have not the model set's
+  /// size or are not finite.
   ImageEncoder(const ModelSet& models, const EngineConfig& engine,
                const ImageEncoderConfig& config);
 
-  int inputSize() const { return input_size_px_; }
-  int embeddingSize() const { return embedding_size_; }
+  int inputSize() const { return tower_.inputSize(); }
+  int embeddingSize() const { return tower_.embeddingSize(); }
 
   /// One row per request, as the network writes them (CLIP: not of unit length).
   /// @param labels the image's label image; needed only if a request keeps a label.
@@ -81,24 +82,21 @@ class ImageEncoder {
   EmbeddingMatrix encode(const ColorImage& color, const cv::Mat& labels,
                          const std::vector<CropRequest>& requests) const;
 
-  void cancel() { network_.cancel(); }
+  void cancel() { tower_.cancel(); }
 
  private:
-  void checkSignature() const;
   void warmUp(bool all_sizes);
   void writeTensor(const cv::Mat& square, ColorOrder order, float* tensor) const;
+  std::vector<float> makePattern(int batch_size) const;
   std::vector<float> makeTensor(const ColorImage& color, const cv::Mat& labels,
                                 const CropRequest* requests, const Batch& batch) const;
-  EmbeddingMatrix runBatch(const std::vector<float>& tensor, const Batch& batch) const;
+  TensorView toView(const std::vector<float>& tensor, int batch_size) const;
   std::vector<Batch> plan(int num_crops) const;
 
-  Network network_;
+  ClipTower tower_;
   ImageEncoderConfig config_;
   int threads_across_batches_ = 1;  ///< CPU: several runs at once
   int threads_within_batch_ = 1;    ///< GPU: one run at once, crops prepared by several threads
-  int input_size_px_ = 0;
-  int embedding_size_ = 0;
-  int fixed_batch_ = 0;  ///< the file's batch size, 0 where it leaves it open
   std::array<std::array<float, 256>, 3> normalised_;  ///< RGB channel, 8-bit value -> input value
 };
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "task_scene_graph/config/visitor.h"
@@ -67,6 +68,10 @@ struct IntegerTensorView {
   const Integer* values = nullptr;
 };
 
+/// What one input of a network is given.
+using InputTensor =
+    std::variant<TensorView, IntegerTensorView<std::int64_t>, IntegerTensorView<std::int32_t>>;
+
 /// An input or output of a network file.
 struct TensorInfo {
   std::string name;
@@ -82,6 +87,8 @@ std::string toText(const TensorInfo& info);
 bool isFloat(const TensorInfo& info);
 /// All tensors of a list, joined by ", ".
 std::string toText(const std::vector<TensorInfo>& infos);
+/// The same with the shapes that a run gave: "output0 float32[1,37,8400], ...".
+std::string toText(const std::vector<TensorInfo>& infos, const std::vector<TensorView>& views);
 
 /// An ONNX file, ready to run. Thread safety: `run` and `cancel` may be called from any thread,
 /// also at the same time.
@@ -103,9 +110,8 @@ class Network {
   /// not copied, the outputs are owned by the views.
   /// @throws Cancelled after `cancel`; InferenceError if the run fails, naming the file and shapes.
   std::vector<TensorView> run(const TensorView& input) const;
-  /// The same for a network of one integer input.
-  std::vector<TensorView> run(const IntegerTensorView<std::int64_t>& input) const;
-  std::vector<TensorView> run(const IntegerTensorView<std::int32_t>& input) const;
+  /// The same for any inputs, one for each that the file has, in its order and of its types.
+  std::vector<TensorView> run(const std::vector<InputTensor>& inputs) const;
 
   /// Ends a running `run` within milliseconds; it and all later ones throw Cancelled.
   void cancel();
@@ -113,9 +119,6 @@ class Network {
 
  private:
   struct Session;
-
-  template <typename T>
-  std::vector<TensorView> runOn(const std::vector<std::int64_t>& shape, const T* values) const;
 
   std::string path_;
   std::vector<TensorInfo> inputs_;

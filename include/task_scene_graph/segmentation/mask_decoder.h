@@ -2,10 +2,10 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "task_scene_graph/segmentation/inference_engine.h"
 #include "task_scene_graph/segmentation/letterbox.h"
 
 namespace tsg::segmentation {
@@ -18,11 +18,8 @@ struct RawDetections {
   int num_classes = 0;                 ///< C, 1 in FastSAM; the greatest score counts
   int num_prototypes = 0;              ///< K
   int prototype_size_px = 0;           ///< P
+  std::shared_ptr<const void> owner;   ///< of predictions that had to be copied, or null
 };
-
-/// Finds sizes in the outputs' shapes. @throws InferenceError naming both shapes, `model` and what
-/// was expected.
-RawDetections interpretOutputs(const std::vector<TensorView>& outputs, const std::string& model);
 
 /// A candidate: a box in the network's input and where its numbers lie.
 struct Detection {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -79,6 +81,19 @@ struct AssociationThresholds {
 /// The preset's thresholds with the configuration's own in their place where it gives any.
 AssociationThresholds resolveThresholds(const TrackerConfig& config);
 
+/// Cosines of segments to the means of the tracks that they overlap.
+class CosineHistogram {
+ public:
+  void add(double cosine);
+  std::uint64_t count() const;
+  /// The cosine below which `share` of those added lie, right to 0.01; 0 if there is none.
+  double quantile(double share) const;
+
+ private:
+  static constexpr std::size_t kBins = 200;  // of [-1, 1]
+  std::array<std::uint64_t, kBins> counts_{};
+};
+
 /// What a tracker has seen and done since it was made.
 struct TrackerCounters {
   std::uint64_t frames = 0;               ///< given to update()
@@ -91,6 +106,10 @@ struct TrackerCounters {
   std::uint64_t tracks_started = 0;
   std::uint64_t tracks_finished = 0;  ///< handed out
   std::uint64_t tracks_dropped = 0;   ///< ended with fewer than min_observations
+  /// Segments with an embedding that overlap a live track with one by min_iou or more.
+  std::uint64_t overlapping_segments = 0;
+  std::uint64_t refused_by_cosine = 0;  ///< of these, less similar than min_cosine to each of them
+  CosineHistogram overlap_cosines;      ///< of these, to the track that they overlap most
 };
 
 /// Associates the segments of successive frames with tracks [Clio24, Sec. IV-A]: a segment may
@@ -144,9 +163,9 @@ class Tracker {
   TrackedFrame makeIgnored(Stamp stamp, const Segmentation& segmentation) const;
   std::vector<bool> selectSegments(const std::vector<SegmentPoints>& segments,
                                    std::size_t image_pixels);
-  std::vector<Candidate> findCandidates(const FrameSegments& segments) const;
-  bool isSimilar(const LiveTrack& track, const Segmentation& segmentation,
-                 std::size_t segment) const;
+  std::vector<Candidate> findCandidates(const FrameSegments& segments);
+  void addCandidates(const FrameSegments& segments, std::size_t segment,
+                     std::vector<Candidate>& candidates);
   void associate(const std::vector<Candidate>& matches, FrameSegments& segments,
                  TrackedFrame& result);
   void openTracks(FrameSegments& segments, TrackedFrame& result);

@@ -8,8 +8,6 @@
 #include <map>
 #include <string>
 
-#include "task_scene_graph/config/config.h"
-#include "task_scene_graph/ros/input_config.h"
 
 namespace tsg::tools {
 
@@ -25,14 +23,14 @@ class InputOptions {
                               "remove the lens distortion that camera_info reports");
   }
 
-  /// @throws config::ConfigError naming the field that is out of range or of another type.
-  ros_interface::InputConfig applyTo(const ros_interface::InputConfig& config) const {
+  /// What was given, laid out as section `input`.
+  YAML::Node toYaml() const {
     YAML::Node given(YAML::NodeType::Map);
     for (const auto& [field, value] : values_) {
       if (!value.empty()) given[field] = isChoice(field) ? toChoice(value) : value;
     }
-    if (rectify_) given["rectify"] = true;
-    return config::load(given, "command line", config);
+    if (rectify_) given["rectify"] = "true";
+    return given;
   }
 
  private:

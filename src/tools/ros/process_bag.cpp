@@ -10,19 +10,20 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "../../nodelets/chain_config.h"
 #include "../command_line.h"
 #include "input_options.h"
-#include "task_scene_graph/config/config.h"
 #include "task_scene_graph/core/files.h"
 #include "task_scene_graph/pipeline/map_files.h"
 #include "task_scene_graph/pipeline/pipeline.h"
+#include "task_scene_graph/plausibility/embedding_checks.h"
+#include "task_scene_graph/ros/input_plausibility_report.h"
 #include "task_scene_graph/ros/rgbd_bag.h"
 #include "task_scene_graph/ros/task_loader.h"
-#include "task_scene_graph/scene_graph/files.h"
 
 namespace fs = std::filesystem;
 namespace options = boost::program_options;
@@ -48,21 +49,22 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
   options::options_description description(
       "Builds the scene graph of a recorded walk.\n"
       "usage: process_bag --bag B [B2 ...] --object-tasks T --output DIR [options]\n"
-      "DIR gets scene_graph.json, summary.json, mesh.ply and timing.json, and map.bt and map.ot\n"
-      "where mesh_fusion/occupancy/enabled is set.\noptions");
+      "DIR gets scene_graph.json, summary.json, mesh.ply, settings.yaml and timing.json, and\n"
+      "map.bt and map.ot where mesh_fusion/occupancy/enabled is set.\noptions");
   description.add_options()("help,h", "print this")(
       "bag", options::value(&arguments.bags)->required()->multitoken(),
       "rosbags with colour, depth, camera info, tf; several are read as one")(
-      "object-tasks", options::value(&arguments.object_tasks)->required(), "task file (YAML)")(
-      "place-tasks", options::value(&arguments.place_tasks),
-      "task file; default: the object tasks")(
-      "models", options::value(&arguments.models),
+      "object-tasks", tools::pathOption(arguments.object_tasks),
+      "task file (YAML); default: the configuration's")(
+      "place-tasks", tools::pathOption(arguments.place_tasks),
+      "task file; default: the configuration's, else the object tasks")(
+      "models", tools::pathOption(arguments.models),
       "model set (YAML); needed unless the bag holds recorded segmentations")(
-      "config", options::value(&arguments.config), "parameters, laid out as config/default.yaml")(
+      "config", tools::pathOption(arguments.config), "parameters, laid out as config/default.yaml")(
       "preset", options::value(&arguments.preset),
       "what is known of a published dataset: clio_dataset; or a file laid out as --config, which "
-      "comes before it")("output", options::value(&arguments.output)->required(),
-                         "folder, made if absent")(
+      "comes before it")("output", tools::pathOption(arguments.output),
+                         "folder, made if absent; default: the configuration's")(
       "max-frames", options::value(&arguments.max_frames), "stop after so many frames; 0 = all")(
       "ignore-recorded-segmentation", options::bool_switch(&arguments.ignore_recorded_segmentation),
       "use the models although the bag holds recorded segmentations");
@@ -70,6 +72,7 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
   arguments.input.addTo(input);
   description.add(input);
   if (!tools::parseOptions(argc, argv, description)) return std::nullopt;
+  for (auto& bag : arguments.bags) bag = expandPath(bag).string();
   return arguments;
 }
 
@@ -109,28 +112,32 @@ std::string findPreset(const std::string& name) {
                            path.string() + ")");
 }
 
-/// Defaults, the model set's alpha, the preset, the configuration file, the command line: what
-/// comes later wins.
-nodelets::ChainConfig loadConfig(const Arguments& arguments,
-                                 const std::optional<segmentation::ModelSet>& models) {
-  nodelets::ChainConfig config;
-  if (models) config.scene_graph.scene_graph.object_alpha = models->alpha;
-  std::vector<std::string> files;
-  if (!arguments.preset.empty()) files.push_back(findPreset(arguments.preset));
-  if (!arguments.config.empty()) files.push_back(arguments.config);
-  for (const auto& file : files) {
-    const YAML::Node yaml = config::loadYamlFile(file);
-    const std::string where = "configuration '" + file + "'";
-    config = config::load(yaml, where, config);
-    // Live, a stage may have an input of its own; here mesh fusion's, which takes every frame,
-    // holds.
-    for (const char* stage : {"tracker", "mesh_fusion"}) {
-      if (!yaml[stage] || !yaml[stage]["input"]) continue;
-      config.input = config::load(yaml[stage]["input"], where, config.input);
-    }
+/// The preset, over it the user's file, and over that what the command line gives.
+nodelets::ChainConfig loadConfig(const Arguments& arguments) {
+  YAML::Node given(YAML::NodeType::Map);
+  const auto give = [](YAML::Node map, const char* name, const std::string& value) {
+    if (!value.empty()) map[name] = value;
+  };
+  give(given, "models", arguments.models);
+  give(given, "output", arguments.output);
+  given["input"] = arguments.input.toYaml();
+  give(given["scene_graph"], "object_tasks", arguments.object_tasks);
+  give(given["scene_graph"], "place_tasks", arguments.place_tasks);
+  std::vector<config::Source> sources;
+  if (!arguments.preset.empty()) {
+    sources.push_back(config::readConfigFile(findPreset(arguments.preset)));
   }
-  config.input = arguments.input.applyTo(config.input);
-  return config;
+  sources.push_back(config::readConfigFile(arguments.config));
+  sources.push_back({"command line", given, {}});
+  auto chain = nodelets::loadChain(sources);
+  const auto require = [](const std::filesystem::path& path, const char* option) {
+    if (!path.empty()) return;
+    throw options::error(std::string("the option '") + option +
+                         "' is required but missing, and the configuration does not say it");
+  };
+  require(chain.scene_graph.config.object_tasks, "--object-tasks");
+  require(chain.scene_graph.config.output, "--output");
+  return chain;
 }
 
 void writeTiming(const fs::path& path, const pipeline::Pipeline& pipeline,
@@ -161,12 +168,55 @@ std::unique_ptr<segmentation::Segmenter> makeSegmenter(
   return std::make_unique<segmentation::Segmenter>(*models, config);
 }
 
+/// Says what looks wrong with the input, each thing once.
+class Findings {
+ public:
+  Findings(const ros_interface::RgbdBag& bag, const nodelets::ChainConfig& config)
+      : bag_(bag),
+        report_(toRange(config.mesh_fusion.config.background_fusion.background.tsdf),
+                config.mesh_fusion.config.input.sync_tolerance_s) {}
+
+  void addFrame(const RgbdFrame& frame) {
+    report_.addFrame(frame);
+    if (++num_frames_ == kFirstLook) print();
+  }
+  void print() {
+    for (const auto& [key, text] : report_.makeReport(bag_.counters(), bag_.frameIds())) {
+      print(key, text);
+    }
+  }
+  /// What looks wrong with the embeddings.
+  void print(const pipeline::Pipeline& pipeline, const scene_graph::SceneGraph& graph,
+             const tracking::TrackerConfig& tracker) {
+    auto findings = plausibility::checkGraph(pipeline.sceneGraph(), graph);
+    if (const auto finding = plausibility::checkTracker(pipeline.tracker().counters(), tracker)) {
+      findings.push_back(*finding);
+    }
+    for (const auto& finding : findings) print(finding.check, plausibility::toText(finding));
+  }
+
+ private:
+  static plausibility::PlausibilityConfig toRange(const mapping::IntegratorConfig& tsdf) {
+    return {tsdf.min_range_m, tsdf.max_range_m};
+  }
+  void print(const std::string& key, const std::string& text) {
+    if (printed_.insert(key).second) std::cerr << "plausibility: " << text << "\n";
+  }
+  static constexpr int kFirstLook = 100;  ///< frames: a few seconds
+
+  const ros_interface::RgbdBag& bag_;
+  ros_interface::InputPlausibilityReport report_;
+  std::set<std::string> printed_;
+  int num_frames_ = 0;
+};
+
 std::size_t processFrames(ros_interface::RgbdBag& bag, pipeline::Pipeline& pipeline,
-                          std::size_t max_frames) {
+                          Findings& findings, std::size_t max_frames) {
   const ProgressBar progress(bag.numColorImages());
   std::size_t num_frames = 0;
   bag.forEachFrame(
       [&](const RgbdFramePtr& frame, const SegmentationPtr& recorded) {
+        findings.addFrame(*frame);
         pipeline.process(frame, recorded);
         return ++num_frames != max_frames;
       },
@@ -182,21 +232,57 @@ std::string describeDrops(const ros_interface::RgbdBag& bag) {
   return text;
 }
 
-void run(const Arguments& arguments) {
-  std::optional<segmentation::ModelSet> models;
-  if (!arguments.models.empty()) models = segmentation::loadModelSet(arguments.models);
-  const nodelets::ChainConfig chain = loadConfig(arguments, models);
-  const pipeline::PipelineConfig config = chain.toPipeline();
-  ros_interface::RgbdBag bag(arguments.bags, chain.input, !arguments.ignore_recorded_segmentation);
-  auto segmenter = makeSegmenter(bag, models, config.segmenter);
-  const auto object_tasks = ros_interface::loadTaskList(arguments.object_tasks, arguments.models);
-  const auto place_tasks =
-      arguments.place_tasks.empty()
-          ? object_tasks
-          : ros_interface::loadTaskList(arguments.place_tasks, arguments.models);
-  pipeline::Pipeline pipeline(config, object_tasks, place_tasks, std::move(segmenter));
+/// A YAML list of strings.
+std::string quoteAll(const std::vector<std::string>& texts) {
+  std::string list;
+  for (const auto& text : texts) list += (list.empty() ? "" : ", ") + config::quoteYaml(text);
+  return "[" + list + "]";
+}
 
-  const std::size_t num_frames = processFrames(bag, pipeline, arguments.max_frames);
+std::vector<config::YamlLine> describeRun(const Arguments& arguments, const std::string& models) {
+  std::vector<config::YamlLine> lines{{"program", config::quoteYaml("process_bag"), ""},
+                                      {"bag", quoteAll(arguments.bags), ""}};
+  if (!models.empty()) lines.push_back({"model_set", config::quoteYaml(models), ""});
+  return lines;
+}
+
+std::vector<WrittenFile> writeFiles(const Arguments& arguments, const nodelets::ChainConfig& chain,
+                                    const std::string& model_set, pipeline::Pipeline& pipeline,
+                                    const scene_graph::SceneGraph& graph) {
+  const fs::path& output = chain.scene_graph.config.output;
+  std::vector<WrittenFile> files = pipeline::writeGraphFiles(output, graph);
+  const auto& background = chain.mesh_fusion.config.background_fusion.background;
+  files.push_back(pipeline::writeMeshFile(output, pipeline.extractMesh(), graph.primitives,
+                                          scene_graph::computeObjectOfPrimitives(graph),
+                                          background.tsdf.voxel_size_m, graph.world_frame));
+  for (auto& file : pipeline::writeOccupancyFiles(output, pipeline.occupancy())) {
+    files.push_back(std::move(file));
+  }
+  files.push_back(pipeline::writeSettingsFile(output, describeRun(arguments, model_set),
+                                              nodelets::listSettings(chain)));
+  return files;
+}
+
+void run(const Arguments& arguments) {
+  const nodelets::ChainConfig chain = loadConfig(arguments);
+  const auto& scene_graph_config = chain.scene_graph.config;
+  const std::string models_path = scene_graph_config.models.string();
+  std::optional<segmentation::ModelSet> models;
+  if (!models_path.empty()) models = segmentation::loadModelSet(models_path);
+  const pipeline::PipelineConfig config = nodelets::toPipelineConfig(chain);
+  const ros_interface::InputConfig& input = chain.mesh_fusion.config.input;
+  ros_interface::RgbdBag bag(arguments.bags, input, !arguments.ignore_recorded_segmentation);
+  auto segmenter = makeSegmenter(bag, models, config.segmenter);
+  const auto tasks =
+      ros_interface::loadChainTasks(scene_graph_config.object_tasks.string(),
+                                    scene_graph_config.place_tasks.string(), models_path);
+  for (const auto& warning : tasks.warnings) std::cerr << warning << "\n";
+  pipeline::Pipeline pipeline(config, tasks.objects, tasks.places, std::move(segmenter),
+                              input.world_frame);
+
+  Findings findings(bag, chain);
+  const std::size_t num_frames = processFrames(bag, pipeline, findings, arguments.max_frames);
+  findings.print();
   for (const auto& warning : bag.warnings()) std::cerr << "warning: " << warning << "\n";
   if (num_frames == 0) {
     throw std::runtime_error("no map was written: none of " + std::to_string(bag.numColorImages()) +
@@ -204,14 +290,12 @@ void run(const Arguments& arguments) {
   }
 
   const scene_graph::SceneGraphPtr graph = pipeline.finish();
-  const fs::path output = arguments.output;
-  scene_graph::writeSparkDsg(output / "scene_graph.json", *graph);
-  scene_graph::writeSummary(output / "summary.json", *graph);
-  pipeline::writeMeshFile(output, pipeline.extractMesh(), graph->primitives,
-                          scene_graph::computeObjectOfPrimitives(*graph),
-                          config.mesh_fusion.background_fusion.background.tsdf.voxel_size_m);
-  pipeline::writeOccupancyFiles(output, pipeline.occupancy());
+  findings.print(pipeline, *graph, config.tracker);
+  std::vector<WrittenFile> files =
+      writeFiles(arguments, chain, models ? models->name : "", pipeline, *graph);
+  const fs::path& output = scene_graph_config.output;
   writeTiming(output / "timing.json", pipeline, bag);
+  files.push_back({"timing.json", ""});
   for (const auto& [reason, drops] : bag.drops()) {
     std::cerr << "dropped " << drops.count << " (" << reason << "): " << drops.example << "\n";
   }
@@ -222,7 +306,8 @@ void run(const Arguments& arguments) {
   }
   std::cout << num_frames << " frames, " << graph->primitives.size() << " object primitives, "
             << graph->objects.size() << " objects, " << graph->places->places.size() << " places, "
-            << graph->regions.size() << " regions; written to " << output.string() << "\n";
+            << graph->regions.size() << " regions\n"
+            << describeWritten(output, files) << "\n";
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include <string>
 #include <thread>
 
+#include "task_scene_graph/core/files.h"
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/image_conversions.h"
 #include "task_scene_graph/ros/message_conversions.h"
@@ -102,7 +103,8 @@ Options parseOptions(const std::vector<std::string>& arguments) {
     return [&to](const std::string& o, const std::string& v) { to = parseNumber(o, v); };
   };
   const std::map<std::string, Setter> setters = {
-      {"--output", [&](const std::string&, const std::string& v) { options.output = v; }},
+      {"--output",
+       [&](const std::string&, const std::string& v) { options.output = expandPath(v); }},
       {"--seed", setInteger(options.apartment.seed)},
       {"--rooms", setInteger(options.apartment.num_rooms)},
       {"--duration", setNumber(options.walk.duration_s)},
@@ -234,17 +236,23 @@ void simulate(const Options& options) {
   std::cout << "[simulate_apartment] seed " << options.apartment.seed << ": "
             << apartment.rooms.size() << " rooms, " << apartment.instances.size() << " things, "
             << walk.size() << " frames\n";
+  if (walk.empty()) throw std::runtime_error("the walk has no frame; raise --duration or --rate");
   writeBag(options, apartment, walk);
   fs::path stem = options.output;
   if (stem.extension() == ".bag") stem.replace_extension();
   const std::vector<TaskTruth> tasks = makeObjectTasks(apartment);
   const auto writeTasks = options.segmentation ? writeTaskEmbeddings : writeTaskNames;
   writeTasks(stem.string() + ".object_tasks.yaml", tasks);
-  writeTasks(stem.string() + ".place_tasks.yaml", makePlaceTasks(apartment));
+  const std::vector<TaskTruth> place_tasks = makePlaceTasks(apartment);
+  writeTasks(stem.string() + ".place_tasks.yaml", place_tasks);
   for (WalkPose& pose : walk) pose.stamp.ns += kStart_ns;
   writeGroundTruth(stem.string() + ".ground_truth", apartment, tasks, walk);
-  std::cout << "[simulate_apartment] wrote " << options.output.string() << ", " << stem.string()
-            << ".{object_tasks,place_tasks}.yaml, " << stem.string() << ".ground_truth/\n";
+  const std::vector<WrittenFile> files{
+      {options.output.string(), formatCount(walk.size(), "frame")},
+      {stem.string() + ".object_tasks.yaml", formatCount(tasks.size(), "task")},
+      {stem.string() + ".place_tasks.yaml", formatCount(place_tasks.size(), "task")},
+      {stem.string() + ".ground_truth/", formatCount(apartment.instances.size(), "instance")}};
+  std::cout << "[simulate_apartment] " << describeWritten({}, files) << '\n';
 }
 
 }  // namespace

@@ -3,6 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
+
+#include "support.h"
+
 namespace tsg::config {
 namespace {
 
@@ -17,6 +21,9 @@ struct Inner {
 };
 
 struct Outer {
+  std::filesystem::path file;
+  std::vector<double> gains;
+  std::vector<std::string> words;
   double length_m = 0.5;
   bool enabled = true;
   std::string name = "x";
@@ -24,6 +31,9 @@ struct Outer {
   Inner inner;
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor& v) {
+    v.field("file", self.file, {}, "", "where");
+    v.field("gains", self.gains, {0.0, 10.0}, "", "how strong");
+    v.field("words", self.words, {}, "", "what");
     v.field("length_m", self.length_m, {0.0, 2.0}, "m", "how long");
     v.field("enabled", self.enabled, {}, "", "whether");
     v.field("name", self.name, {}, "", "who");
@@ -87,12 +97,140 @@ TEST(Config, AListInPlaceOfAMapIsAnError) {
 
 TEST(Config, DescribeListsEveryFieldInOrder) {
   const auto rows = describe<Outer>();
-  ASSERT_EQ(rows.size(), 5U);
-  EXPECT_EQ(rows[0].name, "length_m");
-  EXPECT_EQ(rows[0].unit, "m");
-  EXPECT_EQ(rows[0].range, "[0, 2]");
-  EXPECT_EQ(rows[3].default_value, "red");
-  EXPECT_EQ(rows[4].name, "inner/count");
+  ASSERT_EQ(rows.size(), 8U);
+  EXPECT_EQ(rows[0].default_value, "\"\"");
+  EXPECT_EQ(rows[3].name, "length_m");
+  EXPECT_EQ(rows[3].unit, "m");
+  EXPECT_EQ(rows[3].range, "[0, 2]");
+  EXPECT_EQ(rows[6].default_value, "red");
+  EXPECT_EQ(rows[7].name, "inner/count");
+}
+
+Source makeSource(const std::string& name, const std::string& yaml) {
+  return {name, YAML::Load(yaml), "/folder/of/" + name};
+}
+
+TEST(Sources, LaterOnesWinAndEachValueKnowsItsOrigin) {
+  Origins origins;
+  const auto outer =
+      load<Outer>({makeSource("first", "{length_m: 1.5, name: a, inner: {count: 4}}"),
+                   makeSource("second", "{name: b, colour: blue}")},
+                  "test", {}, &origins);
+  EXPECT_EQ(outer.length_m, 1.5);
+  EXPECT_EQ(outer.name, "b");
+  EXPECT_EQ(outer.inner.count, 4);
+  const Origins expected{
+      {"length_m", "first"}, {"inner/count", "first"}, {"name", "second"}, {"colour", "second"}};
+  EXPECT_EQ(origins, expected);
+}
+
+TEST(Sources, EveryViolationNamesItsSource) {
+  try {
+    load<Outer>({makeSource("first", "{lenght_m: 1}"),
+                 makeSource("second", "{length_m: x, inner: {count: 99}}")},
+                "test");
+    FAIL();
+  } catch (const ConfigError& e) {
+    const std::string error = e.what();
+    for (const char* part : {"did you mean 'length_m'? (first)", "expected double (second)",
+                             "'inner/count' is 99, expected a value in [1, 9] (second)"}) {
+      EXPECT_NE(error.find(part), std::string::npos) << part << " not in " << error;
+    }
+  }
+}
+
+TEST(Sources, PathsBeginAtTheFolderOfTheirSource) {
+  const auto outer = load<Outer>({makeSource("second", "{file: ../maps/a.yaml}")}, "test");
+  EXPECT_EQ(outer.file, "/folder/of/maps/a.yaml");
+  EXPECT_NE(errorOf("{file: 'http://x/y'}").find("parameter 'file': path 'http://x/y': expected"),
+            std::string::npos);
+}
+
+TEST(Config, AKeyThatIsThereTwiceIsAnError) {
+  EXPECT_NE(errorOf("{length_m: 1, length_m: 2}").find("'length_m' is there twice"),
+            std::string::npos);
+  EXPECT_NE(errorOf("{inner: {count: 3, count: 3}}").find("'inner/count' is there twice"),
+            std::string::npos);
+}
+
+TEST(Config, AnEmptyValueIsAnErrorAndAnEmptyGroupIsNone) {
+  for (const char* yaml : {"{length_m: }", "{length_m: ~}", "{name: null}", "{enabled: }",
+                           "{colour: }", "{file: ~}", "{words: }"}) {
+    EXPECT_NE(errorOf(yaml).find("is empty, expected"), std::string::npos) << yaml;
+  }
+  EXPECT_EQ(errorOf("{inner: }"), "");
+}
+
+TEST(Config, NumbersAreReadAsPeopleWriteThem) {
+  for (const auto& [text, value] :
+       {std::pair{"1e-3", 1e-3}, {".5", 0.5}, {"'0.25'", 0.25}, {"1", 1.0}}) {
+    const auto outer = load<Outer>(YAML::Load("{length_m: " + std::string(text) + "}"), "test");
+    EXPECT_EQ(outer.length_m, value) << text;
+  }
+  EXPECT_EQ(load<Outer>(YAML::Load("{inner: {count: 2.0}}"), "test").inner.count, 2);
+  EXPECT_EQ(load<Outer>(YAML::Load("{gains: [1, 2.5, 1e-1]}"), "test").gains,
+            (std::vector<double>{1.0, 2.5, 0.1}));
+  EXPECT_NE(errorOf("{inner: {count: 2.5}}").find("'inner/count' is '2.5', expected int"),
+            std::string::npos);
+  EXPECT_NE(errorOf("{inner: {count: 010}}").find("octal"), std::string::npos);
+  EXPECT_NE(errorOf("{inner: {count: true}}").find("expected int"), std::string::npos);
+  EXPECT_NE(errorOf("{enabled: 1}").find("expected bool"), std::string::npos);
+  EXPECT_NE(errorOf("{length_m: [1]}").find("expected double"), std::string::npos);
+  EXPECT_NE(errorOf("{gains: 1}").find("expected list of numbers"), std::string::npos);
+}
+
+TEST(Config, StringsAreTheTextOfTheFile) {
+  for (const char* text : {"on", "123", "1e3", "010", "1.50", "2024-01-01", "0x10", "yes"}) {
+    EXPECT_EQ(load<Outer>(YAML::Load("{name: " + std::string(text) + "}"), "test").name, text);
+  }
+  EXPECT_EQ(load<Outer>(YAML::Load("{words: [on, 1, a b]}"), "test").words,
+            (std::vector<std::string>{"on", "1", "a b"}));
+}
+
+TEST(Config, WhatAServerHasTypedIsNoString) {
+  YAML::Node map;
+  map["name"] = "8";
+  map["name"].SetTag(kIntTag);
+  try {
+    load<Outer>(map, "test");
+    FAIL();
+  } catch (const ConfigError& e) {
+    EXPECT_NE(
+        std::string(e.what()).find("'name' is the number 8, expected string: put it in quotes"),
+        std::string::npos)
+        << e.what();
+  }
+}
+
+TEST(Config, TopLevelNamesAreListed) {
+  EXPECT_EQ(listNames<Outer>(), (std::vector<std::string>{"file", "gains", "words", "length_m",
+                                                          "enabled", "name", "colour", "inner"}));
+}
+
+std::string errorOfFile(const std::filesystem::path& path) {
+  try {
+    loadYamlFile(path.string());
+  } catch (const ConfigError& e) {
+    return e.what();
+  }
+  return "";
+}
+
+TEST(YamlFile, ErrorsNameTheFileAndTheLine) {
+  const test::TemporaryFolder folder;
+  const auto path = folder.path() / "x.yaml";
+  std::ofstream(path) << "a: 1\nb: [1, 2\nc: 3\n";
+  EXPECT_NE(errorOfFile(path).find(path.string()), std::string::npos) << errorOfFile(path);
+  EXPECT_NE(errorOfFile(path).find("line 3"), std::string::npos) << errorOfFile(path);
+  std::ofstream(path) << "a: 1\n---\na: 2\n";
+  EXPECT_NE(errorOfFile(path).find("2 documents"), std::string::npos);
+  EXPECT_NE(errorOfFile(folder.path()).find("is a folder"), std::string::npos);
+}
+
+TEST(YamlFile, AnEmptyFileHoldsNothing) {
+  const test::TemporaryFolder folder;
+  std::ofstream(folder.path() / "x.yaml") << "# nothing\n";
+  EXPECT_TRUE(loadYamlFile((folder.path() / "x.yaml").string()).IsNull());
 }
 
 TEST(Config, MissingFileIsNamed) {

@@ -148,31 +148,99 @@ TEST_F(TextEncoderTest, AfterCancelCallsThrow) {
 }
 
 TEST_F(TextEncoderTest, SizeOtherThanTheModelSetsIsReported) {
-  const std::string error = errorOf(makeModels("text_encoder", 512));
-  EXPECT_NE(error.find("text_encoder.onnx' gives embeddings of 12 values, but model set 'small' "
-                       "says embedding_size 512"),
+  segmentation::ModelSet models = makeModels("text_encoder", 512);
+  models.file = "/home/a/models.yaml";
+  const std::string error = errorOf(models);
+  EXPECT_NE(error.find("text_encoder.onnx' gives embedding float32[1,12]"), std::string::npos)
+      << error;
+  EXPECT_NE(error.find("embeddings of 12 values, but model set 'small' (/home/a/models.yaml) says "
+                       "embedding_size 512"),
             std::string::npos)
       << error;
 }
 
-TEST_F(TextEncoderTest, NetworkOfAnotherShapeIsReported) {
-  EXPECT_NE(errorOf(makeModels("text_encoder_per_token"))
-                .find("per_token.onnx' gives [1,77,8] for 1 texts, expected [1,D]"),
-            std::string::npos);
-  EXPECT_NE(errorOf(makeModels("text_encoder_float")).find("has inputs text float32[?,77]"),
-            std::string::npos);
+TEST_F(TextEncoderTest, NetworksOfOtherShapesAreRefusedAtStartWithWhatToDo) {
+  const std::pair<const char*, const char*> cases[] = {
+      {"text_encoder_per_token", "'embedding' is [1,77,8], the hidden states"},
+      {"text_encoder_float", "'text' is float32"},
+      {"text_encoder_64", "it reads 64 tokens, not 77. SigLIP's"},
+      {"text_encoder_pooler", "'pooler_output' comes before the projection"},
+      {"text_encoder_hidden_named_embeds", "'text_embeds' is [1,77,8], the hidden states"},
+      {"text_encoder_ambiguous", "text_encoder_output: first"},
+      {"text_encoder_bert", "BERT's tokenizer"},
+      {"text_encoder_same_for_all", "the same for '' and 'a red mug'"},
+      {"text_encoder_nan", "a vector of length nan"}};
+  for (const auto& [name, words] : cases) {
+    const std::string error = errorOf(makeModels(name));
+    EXPECT_NE(error.find("text encoder '" + networkPath(name) + "'"), std::string::npos) << error;
+    EXPECT_NE(error.find(words), std::string::npos) << words << " is not in: " << error;
+  }
 }
 
-TEST_F(TextEncoderTest, VectorThatIsNotFiniteIsReported) {
-  EXPECT_NE(errorOf(makeModels("text_encoder_nan")).find("a vector of length nan"),
-            std::string::npos);
+TEST_F(TextEncoderTest, ImageEncoderInItsPlaceIsReported) {
+  segmentation::ModelSet models = makeModels("text_encoder", 4);
+  models.text_encoder = TSG_SOURCE_DIR "/test/data/networks/encoder.onnx";
+  EXPECT_NE(errorOf(models).find("an image encoder?"), std::string::npos) << errorOf(models);
+}
+
+TEST_F(TextEncoderTest, FilesWithMasksOrSeveralOutputsOrBothTowersGiveTheSame) {
+  for (const char* name :
+       {"text_encoder_mask", "text_encoder_mask_int32", "text_encoder_named", "clip_both_towers"}) {
+    const TextEncoder encoder(makeModels(name), {});
+    EXPECT_LT((encoder.encode(kTexts) - computeAllExpected(kTexts)).cwiseAbs().maxCoeff(), 1e-5F)
+        << name;
+  }
+}
+
+TEST_F(TextEncoderTest, TheModelSetMayNameTheOutput) {
+  for (const auto& [name, output] :
+       {std::pair<const char*, const char*>{"text_encoder_pooler", "pooler_output"},
+        {"text_encoder_ambiguous", "second"}}) {
+    segmentation::ModelSet models = makeModels(name);
+    models.text_encoder_output = output;
+    const TextEncoder encoder(models, {});
+    EXPECT_LT((encoder.encode(kTexts) - computeAllExpected(kTexts)).cwiseAbs().maxCoeff(), 1e-5F)
+        << name;
+  }
+}
+
+TEST_F(TextEncoderTest, AContextThatTheModelSetConfirmsIsUsed) {
+  segmentation::ModelSet models = makeModels("text_encoder_64");
+  models.text_context_length = 64;
+  const TextEncoder encoder(models, {});
+  EXPECT_LT((encoder.encode(kTexts) - computeAllExpected(kTexts)).cwiseAbs().maxCoeff(), 1e-5F);
+  // Longer than the context: cut to it, with the end mark last.
+  std::string words = "mug";
+  for (int i = 0; i < 100; ++i) words += " mug";
+  const Tokenizer tokenizer(Vocabulary::load(vocabulary_), 64);
+  EXPECT_LT((encoder.encode({words}) - computeExpected(tokenizer.tokenize({words}))).norm(), 1e-5F);
+}
+
+TEST_F(TextEncoderTest, AnOpenContextHasTheModelSetsLength) {
+  segmentation::ModelSet models = makeModels("text_encoder_mask");
+  models.text_context_length = 20;
+  std::string words = "mug";
+  for (int i = 0; i < 100; ++i) words += " mug";
+  const Tokenizer tokenizer(Vocabulary::load(vocabulary_), 20);
+  const TextEncoder encoder(models, {});
+  EXPECT_LT((encoder.encode({words}) - computeExpected(tokenizer.tokenize({words}))).norm(), 1e-5F);
+}
+
+TEST_F(TextEncoderTest, TokensThatTheNetworkCannotReadAreExplained) {
+  segmentation::ModelSet models = makeModels("text_encoder_mask");
+  models.text_context_length = 80;  // it has 77 positions
+  const std::string error = errorOf(models);
+  EXPECT_NE(error.find("cannot read 80 tokens of CLIP's tokenizer"), std::string::npos) << error;
 }
 
 TEST_F(TextEncoderTest, AbsentFilesAreNamed) {
   EXPECT_NE(errorOf(makeModels("")).find("model set 'small' has no text encoder"),
             std::string::npos);
   EXPECT_NE(errorOf(makeModels("no_such_network")).find("no_such_network.onnx"), std::string::npos);
-  segmentation::ModelSet models = makeModels("text_encoder");
+  segmentation::ModelSet models = makeModels("");
+  models.file = "/home/a/models.yaml";
+  EXPECT_NE(errorOf(models).find("/home/a/models.yaml"), std::string::npos);
+  models = makeModels("text_encoder");
   models.tokenizer = "/no/such/vocabulary.gz";
   EXPECT_NE(errorOf(models).find("/no/such/vocabulary.gz"), std::string::npos);
 }

@@ -91,5 +91,23 @@ TEST(Ply, NeedsOneColorAndOneIdPerVertex) {
   EXPECT_THROW(writePly(folder.path() / "mesh.ply", mesh), std::invalid_argument);
 }
 
+TEST(Ply, HeaderNamesTheFrameInAComment) {
+  const test::TemporaryFolder folder;
+  writePly(folder.path() / "mesh.ply", makeMesh(), {4, 5, 6}, "odom");
+  std::ifstream file(folder.path() / "mesh.ply", std::ios::binary);
+  std::string line;
+  for (int i = 0; i < 3; ++i) std::getline(file, line);
+  EXPECT_EQ(line, "comment frame odom");
+}
+
+TEST(Ply, VerticesAreCountedFromTheHeader) {
+  const test::TemporaryFolder folder;
+  writePly(folder.path() / "mesh.ply", makeMesh(), {4, 5, 6}, "odom");
+  EXPECT_EQ(countPlyVertices(folder.path() / "mesh.ply"), 3U);
+  std::ofstream(folder.path() / "text") << "no mesh";
+  EXPECT_THROW(countPlyVertices(folder.path() / "text"), std::runtime_error);
+  EXPECT_THROW(countPlyVertices(folder.path() / "absent"), std::runtime_error);
+}
+
 }  // namespace
 }  // namespace tsg::mapping

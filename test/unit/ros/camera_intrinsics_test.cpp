@@ -154,6 +154,14 @@ TEST(Intrinsics, NumbersThatAreNotFiniteAreNamed) {
             std::string::npos);
 }
 
+TEST(Intrinsics, DistortionThatIsNotFiniteMattersOnlyWhereItIsToBeRemoved) {
+  sensor_msgs::CameraInfo info = makeInfo();
+  info.D = {std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0, 0.0, 0.0};
+  EXPECT_EQ(cameraOf(info, Rectification::kIgnored), (CameraModel{64, 48, 40, 41, 30, 22}));
+  EXPECT_NE(errorOf([&] { cameraOf(info, Rectification::kWanted); }).find("D[0] = nan"),
+            std::string::npos);
+}
+
 TEST(Intrinsics, AnotherSizeKeepsPixelCentresAtWholeNumbers) {
   const CameraModel half = resizeCamera({64, 48, 50.0, 50.0, 31.5, 23.5}, {32, 24});
   EXPECT_EQ(half, (CameraModel{32, 24, 25.0, 25.0, 15.5, 11.5}));

@@ -83,6 +83,13 @@ TEST(ColorConversion, TooFewBytesAreAnError) {
   EXPECT_NE(error.find("/my/color (6x4, step 18, 10 bytes"), std::string::npos) << error;
 }
 
+TEST(ColorConversion, ImagesWithoutPixelsAreAnError) {
+  const auto message = makeColor("rgb8", CV_8UC3);
+  message->height = 0;
+  const std::string error = messageOf([&] { toColorImage(message, "/my/color"); });
+  EXPECT_NE(error.find("/my/color is 6x0"), std::string::npos) << error;
+}
+
 TEST(DepthConversion, MillimetresAndMetresGiveTheSameDepth) {
   const auto millimetres =
       toImageMessage(cv::Mat(4, 6, CV_16UC1, cv::Scalar(1500)), "16UC1", {5}, "camera");

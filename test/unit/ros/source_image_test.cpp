@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <boost/make_shared.hpp>
 #include <cmath>
 #include <cstring>
@@ -31,10 +32,10 @@ std::vector<std::uint8_t> encode(const std::string& ending, const cv::Mat& image
 }
 
 std::vector<std::uint8_t> withDepthHeader(float a, float b, const std::vector<std::uint8_t>& data) {
-  std::vector<std::uint8_t> bytes(12);
+  std::vector<std::uint8_t> bytes(12 + data.size());
   std::memcpy(bytes.data() + 4, &a, 4);
   std::memcpy(bytes.data() + 8, &b, 4);
-  bytes.insert(bytes.end(), data.begin(), data.end());
+  std::copy(data.begin(), data.end(), bytes.begin() + 12);
   return bytes;
 }
 

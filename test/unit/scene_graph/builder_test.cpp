@@ -237,5 +237,10 @@ TEST(Configuration, PublishesFromAlphaUnlessTold) {
   EXPECT_EQ(config.publishedFrom(), 0.2);
 }
 
+TEST(SceneGraphBuilder, SnapshotsNameTheFrameTheyAreIn) {
+  SceneGraphBuilder builder(SceneGraphConfig{}, "map");
+  EXPECT_EQ(builder.snapshot()->world_frame, "map");
+}
+
 }  // namespace
 }  // namespace tsg::scene_graph

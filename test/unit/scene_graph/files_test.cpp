@@ -56,6 +56,13 @@ std::size_t countLayer(const Json& file, int layer) {
   return count;
 }
 
+TEST_F(Files, BothNameTheFrameOfTheMap) {
+  SceneGraph graph = makeSampleGraph();
+  graph.world_frame = "odom";
+  EXPECT_EQ(writeAndReadSummary(graph).at("frame"), "odom");
+  EXPECT_EQ(writeAndReadSparkDsg(graph).at("metadata").at("frame"), "odom");
+}
+
 TEST_F(Files, SummaryListsObjectsUnderTheRoomOfTheirPlace) {
   const Json summary = writeAndReadSummary(makeSampleGraph());
   ASSERT_EQ(summary.at("rooms").size(), 3U);

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "networks.h"
 
 namespace tsg::segmentation {
@@ -83,6 +85,76 @@ TEST(ImageEncoder, NetworksOfHalfFloatsAndOf8BitIntegersGiveNearlyTheSame) {
   EXPECT_LT((encodeStripes("encoder_float16") - rows).cwiseAbs().maxCoeff(), 1e-2F);
   EXPECT_LT((encodeStripes("encoder_int8") - rows).cwiseAbs().maxCoeff(), 8.0F / 255.0F);
   EXPECT_GT((encodeStripes("encoder_int8") - rows).cwiseAbs().maxCoeff(), 0.0F);
+}
+
+TEST(ImageEncoder, OfSeveralOutputsTheEmbeddingIsTaken) {
+  TSG_REQUIRE_ENGINE();
+  const EmbeddingMatrix rows = encodeStripes("encoder");
+  EXPECT_EQ(encodeStripes("encoder_named"), rows);
+  EXPECT_EQ(encodeStripes("encoder_column"), rows);  // [N,D,1]
+}
+
+std::string errorOf(const ModelSet& models) {
+  try {
+    const ImageEncoder encoder(models, withThreads(2), {});
+  } catch (const InferenceError& e) {
+    return e.what();
+  }
+  return "";
+}
+
+TEST(ImageEncoder, NetworksOfOtherShapesAreRefusedAtStart) {
+  TSG_REQUIRE_ENGINE();
+  const std::pair<const char*, const char*> cases[] = {
+      {"channels_last", "channels last"},
+      {"uint8", "pixels as uint8"},
+      {"wide", "12x8 px"},
+      {"hidden", "'last_hidden_state' is [1,3,4], the hidden states"},
+      {"pooler", "before the projection"},
+      {"ambiguous", "image_encoder_output: first"},
+      {"nan", "a vector of length nan"},
+      {"infinite", "a vector of length inf"}};
+  for (const auto& [name, words] : cases) {
+    ModelSet models = makeSmallModels();
+    models.image_encoder = findNetwork(std::string("encoder_") + name);
+    const std::string error = errorOf(models);
+    EXPECT_NE(error.find("image encoder '" + models.image_encoder + "'"), std::string::npos)
+        << error;
+    EXPECT_NE(error.find(words), std::string::npos) << words << " is not in: " << error;
+  }
+}
+
+TEST(ImageEncoder, TheModelSetMayNameTheOutput) {
+  TSG_REQUIRE_ENGINE();
+  const EmbeddingMatrix expected = encodeStripes("encoder");
+  for (const auto& [name, output] :
+       {std::pair<const char*, const char*>{"pooler", "pooler_output"}, {"ambiguous", "second"}}) {
+    ModelSet models = makeSmallModels();
+    models.image_encoder = findNetwork(std::string("encoder_") + name);
+    models.image_encoder_output = output;
+    const ImageEncoder encoder(models, withThreads(2), {});
+    EXPECT_EQ(encoder.encode(makeStripes(23), {}, cropStripes(23)), expected) << name;
+  }
+}
+
+TEST(ImageEncoder, AWholeClipInOneFileServes) {
+  TSG_REQUIRE_ENGINE();
+  ModelSet models = makeSmallModels();
+  models.image_encoder = TSG_SOURCE_DIR "/test/unit/language/networks/clip_both_towers.onnx";
+  models.embedding_size = 12;
+  const ImageEncoder encoder(models, withThreads(2), {});
+  const EmbeddingMatrix rows = encoder.encode(makeStripes(23), {}, cropStripes(23));
+  ASSERT_EQ(rows.rows(), 23);
+  for (int i = 0; i < 23; ++i) {
+    for (int k = 0; k < 12; ++k) {  // what test/support/make_text_encoders.py says
+      double expected = 0.0;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double mean = (10.0 * i / 255.0 - models.image_mean[c]) / models.image_std[c];
+        expected += mean * std::sin(0.3 + 12.0 * static_cast<double>(c) + k);
+      }
+      EXPECT_NEAR(rows(i, k), expected, 1e-4);
+    }
+  }
 }
 
 TEST(ImageEncoder, AfterCancelNothingIsEncoded) {

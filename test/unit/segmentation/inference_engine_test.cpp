@@ -96,6 +96,22 @@ TEST(Network, ATruncatedFileAndAFileOfTextAreNamed) {
   }
 }
 
+TEST(Network, FilesOfAnotherKindAreToldApart) {
+  TSG_REQUIRE_ENGINE();
+  const test::TemporaryFolder folder;
+  const std::string path = (folder.path() / "model.onnx").string();
+  for (const auto& [bytes, words] : {std::pair<const char*, const char*>{"", "it is empty"},
+                                     {"PK\x03\x04", "PyTorch's .pt"},
+                                     {"version https://git-lfs.github.com/spec/v1\n", "Git LFS"},
+                                     {"<!DOCTYPE html>", "a web page"}}) {
+    std::ofstream(path, std::ios::binary) << bytes;
+    const std::string error = errorOf(path);
+    EXPECT_NE(error.find("'" + path + "' cannot be loaded"), std::string::npos) << error;
+    EXPECT_NE(error.find(words), std::string::npos) << error;
+    EXPECT_NE(error.find("expected an ONNX file"), std::string::npos) << error;
+  }
+}
+
 TEST(Network, AnInputOfTheWrongShapeIsExplained) {
   TSG_REQUIRE_ENGINE();
   const Network network(findNetwork("encoder"), {});

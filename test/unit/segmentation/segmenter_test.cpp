@@ -208,7 +208,7 @@ TEST(Segmenter, OtherImageTypesAreRefusedByName) {
 
 TEST(Segmenter, EmbeddingsThatAreNotFiniteBecomeZerosAndAreCounted) {
   TSG_REQUIRE_ENGINE();
-  for (const char* broken : {"encoder_nan", "encoder_infinite"}) {
+  for (const char* broken : {"encoder_nan_on_bright", "encoder_infinite_on_bright"}) {
     ModelSet models = makeSmallModels();
     models.image_encoder = findNetwork(broken);
     Segmenter segmenter(models, {});
@@ -217,13 +217,15 @@ TEST(Segmenter, EmbeddingsThatAreNotFiniteBecomeZerosAndAreCounted) {
     EXPECT_EQ(result.embeddings, EmbeddingMatrix::Zero(2, 4)) << broken;
     EXPECT_EQ(result.image_embedding.size(), 0);
     EXPECT_EQ(segmenter.counters().embeddings_not_finite, 3U);
+    EXPECT_GT(segmenter.segment(asRgb(cv::Mat::zeros(64, 64, CV_8UC3))).image_embedding.norm(),
+              0.9F);
   }
 }
 
 TEST(Segmenter, ScoresThatAreNotFiniteGiveNoSegments) {
   TSG_REQUIRE_ENGINE();
   ModelSet models = makeSmallModels();
-  models.segmenter = findNetwork("segmenter_nan");
+  models.segmenter = findNetwork("segmenter_nan_on_bright");
   EXPECT_EQ(Segmenter(models, {}).segment(asRgb(makeTwoRectangles())).numSegments(), 0U);
 }
 
@@ -236,30 +238,107 @@ std::string errorOf(const ModelSet& models) {
   return "";
 }
 
-TEST(Segmenter, NetworksOfTheWrongShapeAreRefusedWithWhatWasFoundAndExpected) {
+void expectError(const ModelSet& models, const std::vector<std::string>& words) {
+  const std::string error = errorOf(models);
+  for (const std::string& word : words) {
+    EXPECT_NE(error.find(word), std::string::npos) << word << " is not in: " << error;
+  }
+}
+
+TEST(Segmenter, NetworksThatAreExchangedAreRefusedAtStart) {
   TSG_REQUIRE_ENGINE();
   ModelSet models = makeSmallModels();
   std::swap(models.segmenter, models.image_encoder);
-  std::string error = errorOf(models);
-  EXPECT_NE(error.find("encoder.onnx' has inputs image float32[?,3,8,8]"), std::string::npos)
-      << error;
-  EXPECT_NE(error.find("expected FastSAM's float32[1,3,S,S]"), std::string::npos) << error;
-
+  expectError(models, {"encoder.onnx' gives embedding float32[1,4]",
+                       "expected one output [1,4+classes+K,candidates]"});
   models = makeSmallModels();
   models.image_encoder = models.segmenter;
-  error = errorOf(models);
-  EXPECT_NE(error.find("segmenter.onnx' gave [1,9,4]"), std::string::npos) << error;
+  expectError(models, {"segmenter.onnx' gives output0 float32[1,9,4]", "image_embeds [1,4]"});
+}
 
-  models = makeSmallModels();
-  models.segmenter = findNetwork("segmenter_two_outputs_wrong");
-  error = errorOf(models);
-  EXPECT_NE(error.find("gave outputs [1,7,4] and [1,4,16,16]"), std::string::npos) << error;
-
-  models = makeSmallModels();
+TEST(Segmenter, EmbeddingsOfAnotherSizeThanTheModelSetsAreRefusedAtStart) {
+  TSG_REQUIRE_ENGINE();
+  ModelSet models = makeSmallModels();
   models.embedding_size = 512;
-  error = errorOf(models);
-  EXPECT_NE(error.find("embedding_size is 512"), std::string::npos) << error;
-  EXPECT_NE(error.find("gave [1,4]"), std::string::npos) << error;
+  models.file = "/home/a/models.yaml";
+  expectError(models, {"encoder.onnx'", "it gives embeddings of 4 values",
+                       "model set 'small' (/home/a/models.yaml) says embedding_size 512"});
+}
+
+TEST(Segmenter, SegmentersOfOtherLayoutsAreRefusedAtStartWithWhatToDo) {
+  TSG_REQUIRE_ENGINE();
+  const std::pair<const char*, std::vector<std::string>> cases[] = {
+      {"nms", {"output0 is [1,300,38]", "NMS inside", "export with nms=False"}},
+      {"yolov5", {"output0 is [1,25200,117]", "YOLOv5"}},
+      {"anchors_first_80", {"output0 is [1,8400,116]", "rows and columns exchanged"}},
+      {"zero_boxes", {"output0 float32[1,37,8400]", "its boxes reach 0", "expected pixels"}},
+      {"boxes_only", {"output0 is [1,84,8400]", "no mask prototypes", "boxes only"}},
+      {"two_outputs_wrong", {"output0 is [1,7,4]", "neither [1,4+classes+4,candidates]"}},
+      {"channels_last", {"images float32[1,640,640,3]", "channels last"}},
+      {"uint8", {"images uint8[1,3,640,640]", "pixels as uint8", "float32 images in 0..1"}},
+      {"batch4", {"images float32[4,3,640,640]", "4 images at once", "batch=1"}},
+      {"wide", {"images float32[1,3,480,640]", "640x480 px", "square"}},
+      {"nan", {"output0 float32[1,9,4]", "not finite"}}};
+  for (const auto& [name, words] : cases) {
+    ModelSet models = makeSmallModels();
+    models.segmenter = findNetwork(std::string("segmenter_") + name);
+    expectError(models, words);
+    expectError(models, {"segmenter '" + models.segmenter + "'", "scripts/export_models"});
+  }
+}
+
+TEST(Segmenter, SizesThatTheNetworksCannotTakeAreRefusedAtStart) {
+  TSG_REQUIRE_ENGINE();
+  ModelSet models = makeSmallModels();
+  models.segmenter = findNetwork("segmenter_only_64");
+  models.image_encoder = findNetwork("encoder_only_8");
+  EXPECT_EQ(errorOf(models), "");
+  models.segmenter_input_size_px = 96;
+  expectError(models, {"segmenter_only_64.onnx' cannot take images of 96 px",
+                       "segmenter_input_size_px of model set 'small'", "multiple of 32"});
+  models.segmenter_input_size_px = 64;
+  models.image_encoder_input_size_px = 12;
+  expectError(models, {"encoder_only_8.onnx' cannot take images of 12 px",
+                       "image_encoder_input_size_px of model set 'small'"});
+}
+
+TEST(Segmenter, CandidatesByRowsOrOutputsInAnotherOrderGiveTheSame) {
+  TSG_REQUIRE_ENGINE();
+  const ColorImage color = asRgb(makeTwoRectangles());
+  const Segmentation expected = Segmenter(makeSmallModels(), {}).segment(color);
+  for (const char* name : {"segmenter_anchors_first", "segmenter_more_outputs"}) {
+    ModelSet models = makeSmallModels();
+    models.segmenter = findNetwork(name);
+    expectSameSegmentation(Segmenter(models, {}).segment(color), expected);
+  }
+}
+
+TEST(Segmenter, AfterAnImageThatFailedTheNextOneIsAsIfItHadNotBeenThere) {
+  TSG_REQUIRE_ENGINE();
+  for (const ScheduleMode mode : {ScheduleMode::kExact, ScheduleMode::kReuse}) {
+    for (const char* failing : {"segmenter_error_on_bright", "encoder_error_on_bright"}) {
+      ModelSet models = makeSmallModels();
+      (failing[0] == 's' ? models.segmenter : models.image_encoder) = findNetwork(failing);
+      SegmenterConfig config;
+      config.schedule.mode = mode;
+      config.schedule.max_skipped_images = 2;
+      config.schedule.image_period_s = 0.0;
+      Segmenter tried(models, config);
+      Segmenter spared(models, config);
+      for (int i = 0; i < 6; ++i) {
+        ColorImage color = asRgb(makeTwoRectangles());
+        color.stamp = Stamp::fromSeconds(0.1 * i);
+        expectSameSegmentation(tried.segment(color), spared.segment(color));
+        ColorImage white = asRgb(cv::Mat(64, 64, CV_8UC3, cv::Scalar::all(255)));
+        white.stamp = Stamp::fromSeconds(0.1 * i + 0.05);
+        EXPECT_THROW(tried.segment(white), InferenceError) << failing;
+      }
+      EXPECT_EQ(tried.counters().images_carried, spared.counters().images_carried);
+      EXPECT_EQ(tried.counters().segments_reused, spared.counters().segments_reused);
+      EXPECT_EQ(tried.counters().crops_embedded, spared.counters().crops_embedded);
+      EXPECT_EQ(spared.counters().images_carried, mode == ScheduleMode::kReuse ? 4U : 0U);
+    }
+  }
 }
 
 TEST(Segmenter, ParametersOutOfRangeAreRefused) {

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "task_scene_graph/plausibility/consistency.h"
+
+namespace tsg::plausibility {
+namespace {
+
+using Kind = Hypothesis::Kind;
+
+// In-view cost: 0.00 to 0.05 on clean input (0.19 in the worst group of a hand-held recording).
+constexpr double kMinGivenCost = 0.08;
+constexpr double kMinInViewShare = 0.3;
+constexpr double kMinGain = 0.08;        // of the cost, points out of view included
+constexpr double kMinGainAlone = 0.2;    // where there is but one group
+constexpr double kMaxCostRatio = 0.5;    // of the in-view costs
+constexpr double kMinWinShare = 0.75;    // of the groups that tell two readings apart
+constexpr double kMaxReadingCost = 0.2;  // in-view, of a reading that is named
+constexpr double kBadCost = 0.3;         // in-view: the given reading does not fit
+constexpr std::size_t kMinGroupsForBad = 4;
+constexpr double kDownCosine = 0.3;
+constexpr double kMinFrozenShare = 0.98;
+constexpr double kMinFrozenTurn_rad = 0.07;
+constexpr std::size_t kMinFrozenGroups = 3;
+
+bool isNamedRotation(const Eigen::Matrix3d& R) {
+  return R.isIdentity() || R.isApprox(openglAxes()) || R.isApprox(bodyAxes());
+}
+
+bool isPlausibleDepth(double median_m) { return median_m >= 0.3 && median_m <= 8.0; }
+
+/// How much better a reading has to fit than one that is met more often.
+double computePenalty(const Hypothesis& hypothesis, double median_depth_m) {
+  switch (hypothesis.kind) {
+    case Kind::kAxes:
+    case Kind::kInverseAxes:
+      if (!isNamedRotation(hypothesis.R_given_true)) return 0.05;
+      break;
+    case Kind::kMirrored:
+    case Kind::kTilted:
+    case Kind::kDelay:
+      return 0.03;
+    default:
+      break;
+  }
+  if (hypothesis.depth_factor == 1.0) return 0.0;
+  if (isPlausibleDepth(median_depth_m * hypothesis.depth_factor)) return 0.0;
+  const bool may_be_unit_of_poses = std::abs(std::log10(hypothesis.depth_factor)) > 1.99;
+  return may_be_unit_of_poses && isPlausibleDepth(median_depth_m) ? 0.02 : 0.1;
+}
+
+std::size_t findBest(const DisagreementTable& table, const std::vector<ViewGroup>& groups,
+                     double median_depth_m) {
+  std::size_t best = 0;
+  double best_rank = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 2; i < table.hypotheses().size(); ++i) {
+    const Hypothesis& hypothesis = table.hypotheses()[i];
+    const double tilt = computeDownShare(groups, hypothesis) < 0.5 ? 0.02 : 0.0;
+    const double rank = table.meanCost(i) + computePenalty(hypothesis, median_depth_m) + tilt;
+    if (rank >= best_rank) continue;
+    best = i;
+    best_rank = rank;
+  }
+  return best;
+}
+
+/// Whether all that speaks for a reading is one group of views.
+bool isAlone(const DisagreementTable::Comparison& reading) { return reading.wins < 1.5; }
+
+/// Whether a reading is so much better than the given one that it is worth a word.
+bool isMuchBetter(const DisagreementTable::Comparison& reading) {
+  return reading.wins >= kMinWinShare * (reading.wins + reading.losses) &&
+         reading.gain >= (isAlone(reading) ? kMinGainAlone : kMinGain) &&
+         reading.first_in_view >= kMinGivenCost && reading.in_view <= kMaxReadingCost &&
+         reading.in_view <= kMaxCostRatio * reading.first_in_view &&
+         reading.in_view_share >= kMinInViewShare;
+}
+
+/// Puts the best reading into the verdict if it is much better.
+bool findReading(const DisagreementTable& table, const std::vector<ViewGroup>& groups,
+                 double median_depth_m, Verdict& verdict) {
+  const std::size_t best = findBest(table, groups, median_depth_m);
+  const auto comparison = table.compare(best);
+  const Hypothesis& reading = table.hypotheses()[best];
+  const bool is_double = reading.depth_factor != 1.0 && reading.kind != Kind::kDepthScale;
+  if (!isMuchBetter(comparison) || (is_double && isAlone(comparison))) return false;
+  verdict.kind = Verdict::Kind::kOtherReading;
+  verdict.reading = reading;
+  verdict.given_cost = comparison.first_in_view;
+  verdict.reading_cost = comparison.in_view;
+  verdict.beats_standstill = comparison.over_second >= kMinGain;
+  return true;
+}
+
+bool areImagesFrozen(const std::vector<ViewGroup>& groups) {
+  std::size_t frozen = 0;
+  std::size_t all = 0;
+  for (const ViewGroup& group : groups) {
+    if (group.targets.empty()) continue;
+    ++all;
+    const SampledView& last = group.targets.back();
+    // Moving along a wall leaves exact depth as it is; turning does not.
+    const double turned_rad = Eigen::AngleAxisd(last.pose.T_world_camera.linear().transpose() *
+                                                group.source_pose.T_world_camera.linear())
+                                  .angle();
+    const bool is_same = computeUnchangedShare(group.source, last.depth) >= kMinFrozenShare;
+    frozen += is_same && turned_rad >= kMinFrozenTurn_rad ? 1 : 0;
+  }
+  return all >= kMinFrozenGroups && frozen * 5 >= all * 4;
+}
+
+}  // namespace
+
+ConsistencyCheck::ConsistencyCheck()
+    : singles_(makeSingleHypotheses()), doubles_(makeDoubleHypotheses()) {}
+
+Verdict ConsistencyCheck::judge(const std::vector<ViewGroup>& groups, double median_depth_m) {
+  singles_.update(groups);
+  Verdict verdict;
+  verdict.num_groups = singles_.numGroups();
+  if (verdict.num_groups == 0) return verdict;
+  verdict.given_cost = singles_.medianInViewCost(0);
+  if (verdict.given_cost >= kMinGivenCost && areImagesFrozen(groups)) {
+    verdict.kind = Verdict::Kind::kFrozenImages;
+    return verdict;
+  }
+  if (findReading(singles_, groups, median_depth_m, verdict)) return verdict;
+  if (verdict.given_cost < kBadCost) {
+    const bool is_informed = singles_.medianInViewCost(1) > verdict.given_cost + kMinGain;
+    verdict.kind = is_informed ? Verdict::Kind::kConsistent : Verdict::Kind::kUndecided;
+    return verdict;
+  }
+  doubles_.update(groups);
+  if (findReading(doubles_, groups, median_depth_m, verdict)) return verdict;
+  // Things that move disturb both alike; wrong poses are worse than none.
+  const bool is_worse_than_none = singles_.meanCost(0) >= singles_.meanCost(1) + kMinGain;
+  if (verdict.num_groups >= kMinGroupsForBad && is_worse_than_none) {
+    verdict.kind = Verdict::Kind::kNoneFits;
+  }
+  return verdict;
+}
+
+double computeDownShare(const std::vector<ViewGroup>& groups, const Hypothesis& hypothesis) {
+  std::size_t down = 0;
+  for (const ViewGroup& group : groups) {
+    const Eigen::Matrix3d R = group.source_pose.T_world_camera.linear();
+    const Eigen::Matrix3d R_world_given =
+        hypothesis.is_inverse ? Eigen::Matrix3d(R.transpose()) : R;
+    const Eigen::Vector3d y_world = R_world_given * hypothesis.R_given_true.col(1);
+    down += -y_world.z() > kDownCosine ? 1 : 0;
+  }
+  return groups.empty() ? 0.0 : static_cast<double>(down) / static_cast<double>(groups.size());
+}
+
+FactorRange findFactors(const std::vector<ViewGroup>& groups, const Hypothesis& reading) {
+  constexpr int kSteps = 24;  // of 5 %: a factor of 3.2 to both sides
+  std::vector<Hypothesis> near{Hypothesis{}};
+  for (int i = -kSteps; i <= kSteps; ++i) {
+    near.push_back(reading);
+    near.back().depth_factor = reading.depth_factor * std::pow(1.05, i);
+  }
+  DisagreementTable table(near);
+  table.update(groups);
+  double least = 1.0;
+  for (std::size_t i = 1; i < near.size(); ++i) least = std::min(least, table.meanCost(i));
+  FactorRange range{0.0, 0.0};
+  for (std::size_t i = 1; i < near.size(); ++i) {
+    if (table.meanCost(i) > least + 0.01) continue;
+    if (range.low == 0.0) range.low = near[i].depth_factor;
+    range.high = near[i].depth_factor;
+  }
+  return range;
+}
+
+}  // namespace tsg::plausibility
