@@ -59,7 +59,9 @@ class Scene {
  private:
   Embedding makeNoise() {
     Embedding noise(kDimension);
-    for (float& value : noise) value = static_cast<float>(random_() % 65536) - 32767.5f;
+    for (Eigen::Index i = 0; i < noise.size(); ++i) {
+      noise[i] = static_cast<float>(random_() % 65536) - 32767.5f;
+    }
     return noise / noise.norm();
   }
 
