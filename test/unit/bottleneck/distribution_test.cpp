@@ -22,7 +22,7 @@ SparseMasses toSparse(const Eigen::VectorXd& dense) {
 Eigen::VectorXd makeRandom(std::mt19937& random, Eigen::Index size) {
   std::uniform_real_distribution<double> uniform;
   Eigen::VectorXd p(size);
-  for (double& value : p) value = std::max(uniform(random) - 0.4, 0.0);
+  for (Eigen::Index i = 0; i < p.size(); ++i) p[i] = std::max(uniform(random) - 0.4, 0.0);
   p[0] += 0.1;
   return p / p.sum();
 }
