@@ -8,6 +8,7 @@
 #include <string>
 #include <unordered_map>
 #include <unordered_set>
+#include <utility>
 #include <vector>
 
 #include "file_notes.h"
@@ -48,6 +49,7 @@ struct SceneGraphFile::Content {
                  const std::unordered_set<NodeKey>& former_ids);
   std::unordered_set<NodeKey> listIds() const;
   std::map<std::size_t, NodeKey> detachSegments(const std::vector<Cluster>& clusters);
+  std::pair<std::vector<NodeKey>, std::vector<Eigen::Vector3d>> listPlaces();
   void attachObjects(const std::vector<nlohmann::json>& objects,
                      const std::vector<Cluster>& clusters);
   void replaceObjects(const std::vector<Cluster>& clusters,

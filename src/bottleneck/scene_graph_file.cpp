@@ -23,6 +23,17 @@ void requireList(const json& graph, const char* name) {
                            "'; expected a spark_dsg scene graph");
 }
 
+void requireUtf8(const std::vector<std::string>& task_names) {
+  for (std::size_t i = 0; i < task_names.size(); ++i) {
+    try {
+      json(task_names[i]).dump();
+    } catch (const json::exception&) {
+      throw std::invalid_argument("the name of task " + std::to_string(i + 1) +
+                                  " is not valid UTF-8, as JSON needs it; convert the task file");
+    }
+  }
+}
+
 Eigen::Index findCommonestSize(const std::vector<FilePrimitive>& primitives) {
   std::map<Eigen::Index, std::size_t> counts;
   Eigen::Index commonest = 0;
@@ -154,6 +165,7 @@ std::vector<std::string> SceneGraphFile::notes() const {
 
 void SceneGraphFile::replaceObjects(const std::vector<Cluster>& clusters,
                                     const std::vector<std::string>& task_names) {
+  requireUtf8(task_names);
   content_->namingTheFile([&] { content_->replaceObjects(clusters, task_names); });
 }
 

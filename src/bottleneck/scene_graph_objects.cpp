@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <optional>
 #include <set>
+#include <stdexcept>
 #include <utility>
 
 #include "node_attributes.h"
@@ -146,28 +147,34 @@ std::map<std::size_t, NodeKey> SceneGraphFile::Content::detachSegments(
   return parents;
 }
 
-void SceneGraphFile::Content::attachObjects(const std::vector<json>& objects,
-                                            const std::vector<Cluster>& clusters) {
-  const std::map<std::size_t, NodeKey> parents = detachSegments(clusters);
-  std::vector<NodeKey> place_ids;
+// Ids of the places that have a position, and these.
+std::pair<std::vector<NodeKey>, std::vector<Eigen::Vector3d>>
+SceneGraphFile::Content::listPlaces() {
+  std::vector<NodeKey> ids;
   std::vector<Eigen::Vector3d> positions_m;
   for (const json& node : nodes()) {
     const auto id = readNodeId(node, "id");
     if (!id || !isInLayer(node, layers.places)) continue;
     try {
       positions_m.push_back(readPosition(node.value("attributes", json::object())));
-      place_ids.push_back(*id);
+      ids.push_back(*id);
     } catch (const std::runtime_error& e) {
       left_places.add(describeNode(*id) + ' ' + e.what());
     }
   }
+  return {ids, positions_m};
+}
+
+void SceneGraphFile::Content::attachObjects(const std::vector<json>& objects,
+                                            const std::vector<Cluster>& clusters) {
+  const std::map<std::size_t, NodeKey> parents = detachSegments(clusters);
+  const auto [place_ids, positions_m] = listPlaces();
   const PointIndex places(positions_m);
-  const json example = makeGraphEdge(graph, 0, 0);
+  json edge = makeGraphEdge(graph, 0, 0);
   const auto addEdge = [&](NodeKey parent, NodeKey child) {
-    json edge = example;
     edge["source"] = parent;
     edge["target"] = child;
-    graph["edges"].push_back(std::move(edge));
+    graph["edges"].push_back(edge);
   };
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const auto id = objects[i].at("id").get<NodeKey>();

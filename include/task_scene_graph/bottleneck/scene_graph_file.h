@@ -53,7 +53,8 @@ class SceneGraphFile {
   /// OBJECTS layer's nodes, get ids O0, O1, ... by smallest segment, and are the segments' parents.
   /// Where they are objects, the smallest of a cluster stands for it and the others disappear.
   /// O(n log n) but for the search of the nearest place, see PointIndex.
-  /// @throws std::runtime_error naming the file if a part of it is not as spark_dsg writes it.
+  /// @throws std::runtime_error naming the file if a part of it is not as spark_dsg writes it;
+  /// std::invalid_argument naming a task whose name is not valid UTF-8.
   void replaceObjects(const std::vector<Cluster>& clusters,
                       const std::vector<std::string>& task_names);
 

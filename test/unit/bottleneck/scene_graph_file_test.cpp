@@ -575,6 +575,17 @@ TEST_F(SceneGraphFileTest, FilesThatAreNoGraphsAreRefusedWithWhatTheyAre) {
   for (const auto& [text, words] : cases) expectWords(errorOf(text), words);
 }
 
+TEST_F(SceneGraphFileTest, TasksWhoseNamesAreNoUtf8AreRefused) {
+  SceneGraphFile file = load(makeSampleGraph(FileForm::kCurrent, 2));
+  try {
+    file.replaceObjects(clusterAll(file), {"caf\xe9"});
+    FAIL();
+  } catch (const std::invalid_argument& e) {
+    expectWords(e.what(), {"task 1", "UTF-8"});
+  }
+  file.replaceObjects(clusterAll(file), {"caf\xc3\xa9"});
+}
+
 TEST_F(SceneGraphFileTest, AByteOrderMarkIsNoFault) {
   SceneGraphFile file(write("\xef\xbb\xbf" + makeSampleGraph(FileForm::kCurrent, 2).dump()));
   EXPECT_EQ(file.primitives().size(), 2U);
