@@ -49,8 +49,9 @@ std::optional<Disagreement> computeGroupDisagreement(const Hypothesis& hypothesi
 DisagreementTable::DisagreementTable(std::vector<Hypothesis> hypotheses)
     : hypotheses_(std::move(hypotheses)) {}
 
-void DisagreementTable::update(const std::vector<ViewGroup>& groups) {
+bool DisagreementTable::update(const std::vector<ViewGroup>& groups) {
   std::map<std::uint64_t, Row> rows;
+  std::size_t num_known = 0;
   for (const ViewGroup& group : groups) {
     if (group.targets.empty()) continue;
     const auto known = rows_.find(group.id);
@@ -58,9 +59,12 @@ void DisagreementTable::update(const std::vector<ViewGroup>& groups) {
     const bool is_current = known != rows_.end() && known->second.newest_pose == newest;
     Row row = is_current ? std::move(known->second)
                          : Row{newest, std::ldexp(1.0, group.level), computeCells(group)};
+    num_known += is_current ? 1 : 0;
     if (!row.cells.empty()) rows.emplace(group.id, std::move(row));
   }
+  const bool has_news = num_known < rows.size() || num_known < rows_.size();
   rows_ = std::move(rows);
+  return has_news;
 }
 
 std::vector<Disagreement> DisagreementTable::computeCells(const ViewGroup& group) const {

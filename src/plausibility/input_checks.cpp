@@ -70,7 +70,7 @@ std::vector<Finding> checkFrameIds(const FrameIds& ids) {
   }
   if (differ(ids.color, ids.camera_info) && differ(ids.depth, ids.camera_info)) {
     findings.push_back(
-        {"frame ids",
+        {"camera_info frame",
          "camera_info is stamped '" + ids.camera_info + "', colour '" + ids.color + "'",
          "usually the intrinsics are those of another camera",
          "use the camera_info topic beside the colour images"});

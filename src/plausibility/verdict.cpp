@@ -13,7 +13,8 @@ using Kind = Hypothesis::Kind;
 // In-view cost: 0.00 to 0.05 on clean input (0.19 in the worst group of a hand-held recording).
 constexpr double kMinGivenCost = 0.08;
 constexpr double kMinInViewShare = 0.3;
-constexpr double kMinGain = 0.08;        // of the cost, points out of view included
+constexpr double kMinGain = 0.08;  // of the cost, points out of view included
+constexpr double kSeveralGroups = 1.5;
 constexpr double kMinGainAlone = 0.2;    // where there is but one group
 constexpr double kMaxCostRatio = 0.5;    // of the in-view costs
 constexpr double kMinWinShare = 0.75;    // of the groups that tell two readings apart
@@ -67,7 +68,7 @@ std::size_t findBest(const DisagreementTable& table, const std::vector<ViewGroup
 }
 
 /// Whether all that speaks for a reading is one group of views.
-bool isAlone(const DisagreementTable::Comparison& reading) { return reading.wins < 1.5; }
+bool isAlone(const DisagreementTable::Comparison& reading) { return reading.wins < kSeveralGroups; }
 
 /// Whether a reading is so much better than the given one that it is worth a word.
 bool isMuchBetter(const DisagreementTable::Comparison& reading) {
@@ -78,20 +79,39 @@ bool isMuchBetter(const DisagreementTable::Comparison& reading) {
          reading.in_view_share >= kMinInViewShare;
 }
 
+/// Groups that have to speak for a reading: more for what no sensor or file is known for.
+double winsNeeded(const Hypothesis& reading, double median_depth_m) {
+  if (reading.depth_factor == 1.0) return 0.0;
+  const double decades = std::abs(std::log10(reading.depth_factor));
+  const bool is_known =
+      decades > 0.5 && (isPlausibleDepth(median_depth_m * reading.depth_factor) || decades > 1.99);
+  if (!is_known) return 3.0;
+  return reading.kind == Kind::kDepthScale ? 0.0 : kSeveralGroups;
+}
+
 /// Puts the best reading into the verdict if it is much better.
 bool findReading(const DisagreementTable& table, const std::vector<ViewGroup>& groups,
                  double median_depth_m, Verdict& verdict) {
   const std::size_t best = findBest(table, groups, median_depth_m);
   const auto comparison = table.compare(best);
   const Hypothesis& reading = table.hypotheses()[best];
-  const bool is_double = reading.depth_factor != 1.0 && reading.kind != Kind::kDepthScale;
-  if (!isMuchBetter(comparison) || (is_double && isAlone(comparison))) return false;
+  if (!isMuchBetter(comparison) || comparison.wins < winsNeeded(reading, median_depth_m)) {
+    return false;
+  }
   verdict.kind = Verdict::Kind::kOtherReading;
   verdict.reading = reading;
   verdict.given_cost = comparison.first_in_view;
   verdict.reading_cost = comparison.in_view;
   verdict.beats_standstill = comparison.over_second >= kMinGain;
   return true;
+}
+
+/// Of frames that do not agree, nor in any other reading: things that move disturb the given
+/// reading and standing still alike, wrong poses are worse than none.
+Verdict::Kind judgeBad(const DisagreementTable& table) {
+  const bool is_worse_than_none = table.meanCost(0) >= table.meanCost(1) + kMinGain;
+  return is_worse_than_none && table.numGroups() >= kMinGroupsForBad ? Verdict::Kind::kNoneFits
+                                                                     : Verdict::Kind::kUndecided;
 }
 
 bool areImagesFrozen(const std::vector<ViewGroup>& groups) {
@@ -116,8 +136,16 @@ bool areImagesFrozen(const std::vector<ViewGroup>& groups) {
 ConsistencyCheck::ConsistencyCheck()
     : singles_(makeSingleHypotheses()), doubles_(makeDoubleHypotheses()) {}
 
+FactorRange ConsistencyCheck::updateFactors(const std::vector<ViewGroup>& groups,
+                                            const Hypothesis& reading) {
+  if (has_news_ || factors_of_ != reading.depth_factor) factors_ = findFactors(groups, reading);
+  has_news_ = false;
+  factors_of_ = reading.depth_factor;
+  return factors_;
+}
+
 Verdict ConsistencyCheck::judge(const std::vector<ViewGroup>& groups, double median_depth_m) {
-  singles_.update(groups);
+  has_news_ |= singles_.update(groups);
   Verdict verdict;
   verdict.num_groups = singles_.numGroups();
   if (verdict.num_groups == 0) return verdict;
@@ -126,18 +154,20 @@ Verdict ConsistencyCheck::judge(const std::vector<ViewGroup>& groups, double med
     verdict.kind = Verdict::Kind::kFrozenImages;
     return verdict;
   }
-  if (findReading(singles_, groups, median_depth_m, verdict)) return verdict;
-  if (verdict.given_cost < kBadCost) {
-    const bool is_informed = singles_.medianInViewCost(1) > verdict.given_cost + kMinGain;
-    verdict.kind = is_informed ? Verdict::Kind::kConsistent : Verdict::Kind::kUndecided;
-    return verdict;
+  const bool is_bad = verdict.given_cost >= kBadCost;
+  bool has_reading = findReading(singles_, groups, median_depth_m, verdict);
+  if (!has_reading && is_bad) {
+    doubles_.update(groups);
+    has_reading = findReading(doubles_, groups, median_depth_m, verdict);
   }
-  doubles_.update(groups);
-  if (findReading(doubles_, groups, median_depth_m, verdict)) return verdict;
-  // Things that move disturb both alike; wrong poses are worse than none.
-  const bool is_worse_than_none = singles_.meanCost(0) >= singles_.meanCost(1) + kMinGain;
-  if (verdict.num_groups >= kMinGroupsForBad && is_worse_than_none) {
-    verdict.kind = Verdict::Kind::kNoneFits;
+  if (has_reading) {
+    if (verdict.reading.depth_factor != 1.0) {
+      verdict.factors = updateFactors(groups, verdict.reading);
+    }
+  } else if (is_bad) {
+    verdict.kind = judgeBad(singles_);
+  } else if (singles_.medianInViewCost(1) > verdict.given_cost + kMinGain) {
+    verdict.kind = Verdict::Kind::kConsistent;
   }
   return verdict;
 }
@@ -152,26 +182,6 @@ double computeDownShare(const std::vector<ViewGroup>& groups, const Hypothesis& 
     down += -y_world.z() > kDownCosine ? 1 : 0;
   }
   return groups.empty() ? 0.0 : static_cast<double>(down) / static_cast<double>(groups.size());
-}
-
-FactorRange findFactors(const std::vector<ViewGroup>& groups, const Hypothesis& reading) {
-  constexpr int kSteps = 24;  // of 5 %: a factor of 3.2 to both sides
-  std::vector<Hypothesis> near{Hypothesis{}};
-  for (int i = -kSteps; i <= kSteps; ++i) {
-    near.push_back(reading);
-    near.back().depth_factor = reading.depth_factor * std::pow(1.05, i);
-  }
-  DisagreementTable table(near);
-  table.update(groups);
-  double least = 1.0;
-  for (std::size_t i = 1; i < near.size(); ++i) least = std::min(least, table.meanCost(i));
-  FactorRange range{0.0, 0.0};
-  for (std::size_t i = 1; i < near.size(); ++i) {
-    if (table.meanCost(i) > least + 0.01) continue;
-    if (range.low == 0.0) range.low = near[i].depth_factor;
-    range.high = near[i].depth_factor;
-  }
-  return range;
 }
 
 }  // namespace tsg::plausibility

@@ -40,10 +40,9 @@ std::string describeAxes(const Eigen::Matrix3d& R_given_true) {
 Finding describeInverse(const Verdict& verdict) {
   return {"pose direction", describeCosts(verdict, "the poses are inverted"),
           "usually the poses map world to camera coordinates",
-          "set input/pose_direction to world_to_camera where they come from a pose topic or a "
-          "trajectory"
-          " (process_bag, dataset_to_bag: --poses); a tf that does so has to be mended where it is "
-          "made"};
+          "set input/pose_direction to world_to_camera where they come from a pose topic or a"
+          " trajectory (process_bag, dataset_to_bag: --poses); a tf that does so has to be mended"
+          " where it is made"};
 }
 
 Finding describeWrongAxes(const Verdict& verdict, const std::vector<ViewGroup>& groups) {
@@ -59,9 +58,8 @@ Finding describeWrongAxes(const Verdict& verdict, const std::vector<ViewGroup>& 
                             : "usually the poses are those of a camera with other axes";
   finding.remedy =
       "the camera's frame has to be x right, y down, z forward: set input/camera_frame to the"
-      " camera's optical frame (process_bag: --camera-frame), or input/camera_axes to body or "
-      "opengl"
-      " (process_bag, dataset_to_bag: --camera-axes)";
+      " camera's optical frame (process_bag: --camera-frame), or input/camera_axes to body or"
+      " opengl (process_bag, dataset_to_bag: --camera-axes)";
   return finding;
 }
 
@@ -82,8 +80,13 @@ Finding describeMirror(const Verdict& verdict) {
           " one of the camera, then x right, y down, z forward"};
 }
 
-Finding describePoseScale(const Verdict& verdict, const FactorRange& factors) {
-  const double factor = std::sqrt(factors.low * factors.high);
+/// The middle of the factors of depth that fit.
+double computeFactor(const Verdict& verdict) {
+  return std::sqrt(verdict.factors.low * verdict.factors.high);
+}
+
+Finding describePoseScale(const Verdict& verdict) {
+  const double factor = computeFactor(verdict);
   const std::string times = factor > 1.0 ? formatNumber(factor) + " times smaller"
                                          : formatNumber(1.0 / factor) + " times larger";
   return {"pose scale", describeCosts(verdict, "the poses' translations are about " + times),
@@ -91,13 +94,12 @@ Finding describePoseScale(const Verdict& verdict, const FactorRange& factors) {
           "give poses with translations in metres"};
 }
 
-Finding describeDepthScale(const Verdict& verdict, const FactorRange& factors,
-                           const InputFacts& facts) {
-  const double low = factors.low / 1.08 * facts.metres_per_unit;
-  const double high = factors.high * 1.08 * facts.metres_per_unit;
+Finding describeDepthScale(const Verdict& verdict, const InputFacts& facts) {
+  const double low = verdict.factors.low / 1.08 * facts.metres_per_unit;
+  const double high = verdict.factors.high * 1.08 * facts.metres_per_unit;
   const auto units = findDepthUnits(low, high, facts.median_depth_m / facts.metres_per_unit);
-  const double factor = units.empty() ? std::sqrt(factors.low * factors.high)
-                                      : units.front().metres / facts.metres_per_unit;
+  const double factor =
+      units.empty() ? computeFactor(verdict) : units.front().metres / facts.metres_per_unit;
   Finding finding;
   finding.check = "depth scale";
   finding.seen = "the median depth is " + formatNumber(facts.median_depth_m) + " m with " +
@@ -113,14 +115,10 @@ Finding describeDepthScale(const Verdict& verdict, const FactorRange& factors,
   return finding;
 }
 
-Finding describeScale(const Verdict& verdict, const std::vector<ViewGroup>& groups,
-                      const InputFacts& facts) {
-  const FactorRange factors = findFactors(groups, verdict.reading);
-  const double middle = std::sqrt(factors.low * factors.high);
-  const bool is_of_poses =
-      isUsualDepth(facts.median_depth_m) && !isUsualDepth(facts.median_depth_m * middle);
-  return is_of_poses ? describePoseScale(verdict, factors)
-                     : describeDepthScale(verdict, factors, facts);
+Finding describeScale(const Verdict& verdict, const InputFacts& facts) {
+  const bool is_of_poses = isUsualDepth(facts.median_depth_m) &&
+                           !isUsualDepth(facts.median_depth_m * computeFactor(verdict));
+  return is_of_poses ? describePoseScale(verdict) : describeDepthScale(verdict, facts);
 }
 
 Finding describeFocalLength(const Verdict& verdict, const InputFacts& facts) {
@@ -184,7 +182,7 @@ std::vector<Finding> describeReading(const Verdict& verdict, const std::vector<V
   if (reading.kind == Kind::kFocalLength) findings.push_back(describeFocalLength(verdict, facts));
   if (reading.kind == Kind::kRayDistance) findings.push_back(describeRayDistance(verdict));
   if (reading.kind == Kind::kDelay) findings.push_back(describeDelay(verdict));
-  if (reading.depth_factor != 1.0) findings.push_back(describeScale(verdict, groups, facts));
+  if (reading.depth_factor != 1.0) findings.push_back(describeScale(verdict, facts));
   return findings;
 }
 

@@ -24,8 +24,8 @@ class DisagreementTable {
   explicit DisagreementTable(std::vector<Hypothesis> hypotheses);
 
   /// Adds what is new in `groups` and forgets what is gone. About 15 us for each hypothesis and
-  /// pair of views that is new.
-  void update(const std::vector<ViewGroup>& groups);
+  /// pair of views that is new. @returns whether anything was.
+  bool update(const std::vector<ViewGroup>& groups);
 
   const std::vector<Hypothesis>& hypotheses() const { return hypotheses_; }
   std::size_t numGroups() const { return rows_.size(); }
@@ -63,6 +63,13 @@ class DisagreementTable {
   std::map<std::uint64_t, Row> rows_;  ///< by the groups' ids
 };
 
+/// Factors of depth that fit nearly as well as the best one near `factor`, least and greatest.
+struct FactorRange {
+  double low = 1.0;
+  double high = 1.0;
+};
+FactorRange findFactors(const std::vector<ViewGroup>& groups, const Hypothesis& reading);
+
 /// What the groups say of the way in which the input is read.
 struct Verdict {
   enum class Kind {
@@ -74,6 +81,7 @@ struct Verdict {
   };
   Kind kind = Kind::kUndecided;
   Hypothesis reading;
+  FactorRange factors;        ///< of depth, where `reading` has another than 1
   double given_cost = 0.0;    ///< in-view cost as given
   double reading_cost = 0.0;  ///< in-view cost as `reading` has it
   /// False if the images would agree as well had the camera stood still: then `reading` is one way
@@ -92,19 +100,17 @@ class ConsistencyCheck {
   Verdict judge(const std::vector<ViewGroup>& groups, double median_depth_m);
 
  private:
+  FactorRange updateFactors(const std::vector<ViewGroup>& groups, const Hypothesis& reading);
+
   DisagreementTable singles_;
   DisagreementTable doubles_;
+  bool has_news_ = false;    ///< since factors_ was computed
+  double factors_of_ = 1.0;  ///< depth_factor of the reading that factors_ belongs to
+  FactorRange factors_;
 };
 
 /// Share of the groups in which the camera's y axis points down (cosine to -z of the world above
 /// 0.3) if poses are read as the hypothesis says. 1 for a camera held level in a world with z up.
 double computeDownShare(const std::vector<ViewGroup>& groups, const Hypothesis& hypothesis);
-
-/// Factors of depth that fit nearly as well as the best one near `factor`, least and greatest.
-struct FactorRange {
-  double low = 1.0;
-  double high = 1.0;
-};
-FactorRange findFactors(const std::vector<ViewGroup>& groups, const Hypothesis& reading);
 
 }  // namespace tsg::plausibility

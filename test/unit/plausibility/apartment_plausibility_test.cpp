@@ -130,12 +130,6 @@ Rates measure(const Fault& fault) {
 
 class ThreeSeconds : public ::testing::TestWithParam<std::size_t> {};
 
-/// Faults of the poses' time and noise look like others where little has been seen.
-int mostMisnamed(const std::string& fault) {
-  if (fault == "pose noise 3 cm") return 6;
-  return fault == "poses 0.3 s late" ? 2 : 0;
-}
-
 TEST_P(ThreeSeconds, NameTheFaultOrNothing) {
   const Fault& fault = faults()[GetParam()];
   const Rates rates = measure(fault);
@@ -143,7 +137,7 @@ TEST_P(ThreeSeconds, NameTheFaultOrNothing) {
               rates.misnamed, rates.windows - rates.named - rates.misnamed, rates.windows);
   EXPECT_GE(rates.windows, 18);
   EXPECT_GE(rates.named, fault.least_share * rates.windows);
-  EXPECT_LE(rates.misnamed, mostMisnamed(fault.name));
+  EXPECT_LE(rates.misnamed, fault.name == "pose noise 3 cm" ? 2 : 0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Apartments, ThreeSeconds,

@@ -32,6 +32,7 @@ TEST(FrameIds, AnotherDepthFrameIsNamedBesideThatOfColor) {
 TEST(FrameIds, AnotherFrameOfCameraInfoIsNamed) {
   const auto findings = checkFrameIds({"color", "color", "infrared"});
   ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(findings[0].check, "camera_info frame");
   EXPECT_TRUE(contains(findings[0].seen, "camera_info is stamped 'infrared', colour 'color'"));
 }
 

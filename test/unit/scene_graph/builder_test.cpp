@@ -190,6 +190,28 @@ TEST(EmptyGraphs, ObjectsWithoutPlacesHaveNone) {
   for (const RegionId region : computeRegionOfObjects(*graph)) EXPECT_FALSE(region.isValid());
 }
 
+TEST(CosineSummaries, AreOfAllPrimitivesAndPlacesThatHaveAnEmbedding) {
+  RandomWorld world(3);
+  SceneGraphBuilder builder{SceneGraphConfig{}};
+  EXPECT_EQ(builder.summarizeObjectCosines().count, 0U);
+  builder.setObjectTasks(world.tasks());
+  builder.setPlaceTasks(world.tasks());
+  builder.addPrimitives(world.makePrimitives(50, 5.0, 1));
+  builder.setPlaces(std::make_shared<PlaceGraph>(world.makePlaces(30)));
+  const SceneGraphPtr graph = builder.snapshot();
+  const CosineSummary objects = builder.summarizeObjectCosines();
+  EXPECT_EQ(objects.count, builder.primitiveCounters().clustered);
+  for (const SceneObject& object : graph->objects) {
+    const bool is_alone = object.primitives.size() == 1;
+    EXPECT_TRUE(!is_alone || object.score <= objects.highest + 1e-9) << object.score;
+  }
+  EXPECT_GT(objects.highest, objects.median);
+  EXPECT_GT(objects.median, objects.lowest);
+  std::size_t places = 0;
+  for (const Place& place : graph->places->places) places += place.embedding.size() > 0 ? 1 : 0;
+  EXPECT_EQ(builder.summarizePlaceCosines().count, places);
+}
+
 TEST(EmptyGraphs, WithoutTasksThereAreNoObjects) {
   RandomWorld world(3);
   SceneGraphBuilder builder(SceneGraphConfig{});

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
+#include <vector>
 
 #include "random_world.h"
 #include "sample_graph.h"
@@ -32,6 +34,27 @@ TEST(BestTask, IsNoneWithoutTasksOrDirection) {
   const bottleneck::TaskScorer tasks(EmbeddingMatrix::Ones(1, 2));
   EXPECT_EQ(findBestTask(makeEmbedding({0, 0}), tasks).task_index, -1);
   EXPECT_EQ(findBestTask(makeEmbedding({0, 0}), tasks).cosine, 0.0);
+}
+
+TEST(CosineSummary, HoldsTheBestCosinesOfWhatHasADirection) {
+  EmbeddingMatrix tasks(2, 2);
+  tasks << 1.0F, 0.0F, 0.0F, 1.0F;
+  const std::vector<Embedding> embeddings{makeEmbedding({0.6F, 0.8F}), makeEmbedding({-1, 0}),
+                                          makeEmbedding({1, 0.1F}), makeEmbedding({0, 0}),
+                                          Embedding()};
+  std::vector<const Embedding*> pointers;
+  for (const Embedding& embedding : embeddings) pointers.push_back(&embedding);
+  const CosineSummary summary = summarizeCosines(pointers, bottleneck::TaskScorer(tasks));
+  EXPECT_EQ(summary.count, 3U);
+  EXPECT_NEAR(summary.highest, 1.0 / std::hypot(1.0, 0.1), 1e-6);
+  EXPECT_EQ(summary.task_index, 0);
+  EXPECT_NEAR(summary.median, 0.8, 1e-6);
+  EXPECT_NEAR(summary.lowest, 0.0, 1e-6);
+}
+
+TEST(CosineSummary, IsEmptyWithoutTasks) {
+  const Embedding embedding = makeEmbedding({1, 0});
+  EXPECT_EQ(summarizeCosines({&embedding}, {}).count, 0U);
 }
 
 TEST(Direction, NeedsFiniteValuesThatAreNotAllZero) {

@@ -123,6 +123,37 @@ TEST(Tracker, IoUAtTheThresholdAssociatesAndJustBelowDoesNot) {
   }
 }
 
+TEST(Tracker, SegmentsThatOnlyTheirCosineKeepsFromATrackAreCounted) {
+  Tracker tracker{TrackerConfig{}};
+  wallAt(1.0).add(0, 4, kForward).add(10, 4, kForward).giveTo(tracker);
+  EXPECT_EQ(tracker.counters().overlapping_segments, 0U);
+  wallAt(1.1).add(0, 4, embeddingWithCosine(0.7)).add(10, 4, kForward).giveTo(tracker);
+  EXPECT_EQ(tracker.counters().overlapping_segments, 2U);
+  EXPECT_EQ(tracker.counters().refused_by_cosine, 1U);
+  EXPECT_EQ(tracker.counters().overlap_cosines.count(), 2U);
+  EXPECT_NEAR(tracker.counters().overlap_cosines.quantile(0.25), 0.7, 0.01);
+  EXPECT_NEAR(tracker.counters().overlap_cosines.quantile(1.0), 1.0, 0.01);
+}
+
+TEST(Tracker, SegmentsThatOverlapTooLittleOrHaveNoEmbeddingAreNotCountedAsRefused) {
+  Tracker tracker{TrackerConfig{}};
+  wallAt(1.0).add(0, 4, kForward).giveTo(tracker);
+  wallAt(1.1).add(3, 4, embeddingWithCosine(0.1)).giveTo(tracker);
+  wallAt(1.2).add(0, 4).giveTo(tracker);
+  EXPECT_EQ(tracker.counters().overlapping_segments, 0U);
+  EXPECT_EQ(tracker.counters().refused_by_cosine, 0U);
+}
+
+TEST(CosineHistogram, QuantilesAreThoseAddedToAHundredth) {
+  CosineHistogram histogram;
+  EXPECT_EQ(histogram.quantile(0.5), 0.0);
+  for (int i = -100; i <= 100; ++i) histogram.add(0.01 * i);
+  EXPECT_EQ(histogram.count(), 201U);
+  EXPECT_NEAR(histogram.quantile(0.25), -0.5, 0.011);
+  EXPECT_NEAR(histogram.quantile(0.5), 0.0, 0.011);
+  EXPECT_NEAR(histogram.quantile(1.0), 1.0, 0.011);
+}
+
 TEST(Tracker, CosineBelowTheThresholdOpensATrack) {
   for (const double cosine : {0.91, 0.89}) {
     Tracker tracker{TrackerConfig{}};
