@@ -6,7 +6,7 @@
 
 #include "json_fields.h"
 
-namespace tsg::bottleneck {
+namespace tsg::scene_graph {
 namespace {
 
 using nlohmann::json;
@@ -115,13 +115,8 @@ MeshFrame readMeshFrame(const json& attributes) {
   return {box.rotation, box.mesh_origin_m};
 }
 
-json mergeBoxes(const std::vector<const json*>& members) {
-  json box = members.front()->at("bounding_box");
-  Aabb hull;
-  for (const json* member : members) {
-    const Aabb one = readBox(*member);
-    if (!one.isEmpty()) hull.extend(one);
-  }
+json replaceBox(const json& form, const Aabb& hull) {
+  json box = form;
   if (hull.isEmpty()) return box;
   box["type"] = box.at("type").is_number() ? json(1) : json("AABB");
   box["world_P_center"] = toJson(hull.center());
@@ -135,4 +130,4 @@ json mergeBoxes(const std::vector<const json*>& members) {
   return box;
 }
 
-}  // namespace tsg::bottleneck
+}  // namespace tsg::scene_graph

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-namespace tsg::bottleneck {
+namespace tsg::scene_graph {
 
 /// @throws std::runtime_error always.
 [[noreturn]] void fail(const std::string& what);
@@ -19,4 +19,4 @@ Eigen::Vector3d readVector(const nlohmann::json& object, const char* name);
 
 nlohmann::json toJson(const Eigen::Vector3d& v);
 
-}  // namespace tsg::bottleneck
+}  // namespace tsg::scene_graph

@@ -5,11 +5,13 @@
 #include <array>
 #include <cstddef>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
-namespace tsg::bottleneck {
+#include "json_text.h"
+#include "spark_dsg_format.h"
+
+namespace tsg::scene_graph {
 
 /// How a node's mesh lies in the world: p_world = rotation * p_mesh + origin_m.
 struct MeshFrame {
@@ -29,19 +31,22 @@ struct NodeMesh {
   MeshForm form = MeshForm::kNested;
   std::vector<Eigen::Vector3d> points_m;
   std::vector<std::array<std::size_t, 3>> faces;
-  std::map<std::string, nlohmann::json>
-      vertex_data;  ///< by name, one entry per point: colours, ...
+  /// By name, what there is for each point (colours, ...), as it stands in the file: "a,b,c".
+  std::map<std::string, std::string> vertex_data;
 };
 
 /// The mesh of a node, without points if it has none. Coordinates that are null become NaN.
 /// @throws std::runtime_error saying what is wrong with it.
-NodeMesh readMesh(const nlohmann::json& attributes, const MeshFrame& frame);
+NodeMesh readMesh(const JsonText& text, const JsonObject& attributes, const MeshFrame& frame);
 
 /// Appends; data of vertices that not both have goes, and so it does where they hold it in
 /// different forms.
 void appendMesh(const NodeMesh& mesh, NodeMesh& sum);
 
-/// Puts a mesh in the place of the one that the attributes hold, in its form.
-void writeMesh(const NodeMesh& mesh, const MeshFrame& frame, nlohmann::json& attributes);
+/// The text of `mesh` for a nested mesh; what else the holder has, its header for one, stays.
+std::string writeNestedMesh(const NodeMesh& mesh, const MeshFrame& frame, const JsonText& text,
+                            const JsonObject& holder);
+/// The attributes that hold a flat mesh.
+FieldTexts writeFlatMesh(const NodeMesh& mesh, const MeshFrame& frame);
 
-}  // namespace tsg::bottleneck
+}  // namespace tsg::scene_graph

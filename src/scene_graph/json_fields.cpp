@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <stdexcept>
 
-namespace tsg::bottleneck {
+namespace tsg::scene_graph {
 
 using nlohmann::json;
 
@@ -35,4 +35,4 @@ Eigen::Vector3d readVector(const json& object, const char* name) {
 
 json toJson(const Eigen::Vector3d& v) { return json::array({v.x(), v.y(), v.z()}); }
 
-}  // namespace tsg::bottleneck
+}  // namespace tsg::scene_graph

@@ -13,9 +13,9 @@
 #include "scene_graph_samples.h"
 #include "support.h"
 #include "task_scene_graph/bottleneck/clustering.h"
-#include "task_scene_graph/bottleneck/scene_graph_file.h"
+#include "task_scene_graph/scene_graph/scene_graph_file.h"
 
-namespace tsg::bottleneck {
+namespace tsg::scene_graph {
 namespace {
 
 using nlohmann::json;
@@ -115,9 +115,9 @@ void write(const std::string& path, const std::string& text) {
 
 /// Clusters as cluster_scene_graph does, merging whatever touches.
 std::string clusterFile(SceneGraphFile& file) {
-  ClusteringConfig config;
+  bottleneck::ClusteringConfig config;
   config.delta = 1.0;
-  IncrementalClustering clustering(config, Adjacency::kBoxOverlap);
+  bottleneck::IncrementalClustering clustering(config, bottleneck::Adjacency::kBoxOverlap);
   clustering.setTasks((EmbeddingMatrix(1, 3) << 1.0F, 0.0F, 0.0F).finished());
   for (const FilePrimitive& primitive : file.primitives()) {
     clustering.insert(primitive.id, primitive.embedding, primitive.box);
@@ -176,4 +176,4 @@ TEST(SceneGraphFuzz, SpoiltFilesAreClusteredOrRefusedByName) {
 }
 
 }  // namespace
-}  // namespace tsg::bottleneck
+}  // namespace tsg::scene_graph

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace tsg::bottleneck {
+namespace tsg::scene_graph {
 
 /// How a sample graph is written.
 enum class FileForm {
@@ -106,4 +106,4 @@ inline nlohmann::json makeSampleGraph(FileForm form, std::size_t num_segments) {
   return graph;
 }
 
-}  // namespace tsg::bottleneck
+}  // namespace tsg::scene_graph

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace tsg::bottleneck {
+namespace tsg::scene_graph {
 
 /// Items of a file that went another way than the rest, by number and the first few by name.
 class FileNote {
@@ -29,4 +29,4 @@ class FileNote {
   std::vector<std::string> first_items_;
 };
 
-}  // namespace tsg::bottleneck
+}  // namespace tsg::scene_graph

@@ -1,33 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "task_scene_graph/bottleneck/scene_graph_file.h"
+#include "task_scene_graph/scene_graph/scene_graph_file.h"
 
 #include <algorithm>
 #include <ostream>
 #include <utility>
 
-#include "graph_json.h"
 #include "node_attributes.h"
 #include "scene_graph_content.h"
 
-namespace tsg::bottleneck {
+namespace tsg::scene_graph {
 namespace {
 
-using nlohmann::json;
-
 constexpr int kSymbolShift = 56;  // a node id is a letter and a number
-
-void requireList(const json& graph, const char* name) {
-  const auto list = graph.find(name);
-  if (list != graph.end() && list->is_array()) return;
-  throw std::runtime_error("has no list of '" + std::string(name) +
-                           "'; expected a spark_dsg scene graph");
-}
 
 void requireUtf8(const std::vector<std::string>& task_names) {
   for (std::size_t i = 0; i < task_names.size(); ++i) {
     try {
-      json(task_names[i]).dump();
-    } catch (const json::exception&) {
+      nlohmann::json(task_names[i]).dump();
+    } catch (const nlohmann::json::exception&) {
       throw std::invalid_argument("the name of task " + std::to_string(i + 1) +
                                   " is not valid UTF-8, as JSON needs it; convert the task file");
     }
@@ -55,50 +45,117 @@ std::string describeNode(NodeKey id) {
 }
 
 void SceneGraphFile::Content::read(Eigen::Index embedding_size) {
-  JsonFile file = readJsonFile(path);
-  graph = std::move(file.content);
-  num_odd_numbers = file.num_odd_numbers;
-  requireList(graph, "nodes");
-  requireList(graph, "edges");
-  layers = readLayers(graph);
-  readNodes();
+  json = JsonText::read(path);
+  graph = json->readObject(json->root());
+  const JsonSpan node_list = requireList("nodes");
+  const JsonSpan edge_list = requireList("edges");
+  head = readFields(*json, graph, {"layer_names", "layer_keys", "layer_ids"});
+  layers = readLayers(head);
+  readNodes(node_list);
+  readEdges(edge_list);
   const bool is_given = embedding_size > 0;
   leaveOtherSizes(is_given ? embedding_size : findCommonestSize(primitives), is_given);
   requirePrimitives();
 }
 
-void SceneGraphFile::Content::readNodes() {
-  const json& list = nodes();
-  has_segments = std::any_of(list.begin(), list.end(),
-                             [&](const json& node) { return isInLayer(node, layers.segments); });
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    if (isInLayer(list[i], clusteredLayer())) {
+JsonSpan SceneGraphFile::Content::requireList(const char* name) const {
+  const JsonSpan* list = graph.find(name);
+  if (list != nullptr && json->isArray(*list)) return *list;
+  throw std::runtime_error("has no list of '" + std::string(name) +
+                           "'; expected a spark_dsg scene graph");
+}
+
+// Nodes of dynamic layers share the numbers of static ones: 1.0 gives them a timestamp, 1.1 a
+// partition.
+NodeRecord SceneGraphFile::Content::readNode(JsonSpan text) {
+  const JsonObject fields = json->readObject(text);
+  NodeRecord node{text, {}, {}};
+  const auto readField = [&](const char* name) -> std::optional<std::int64_t> {
+    const JsonSpan* value = fields.find(name);
+    return value == nullptr ? std::nullopt : json->readInteger(*value);
+  };
+  if (const JsonSpan* id = fields.find("id")) node.id = json->readUnsigned(*id);
+  const auto layer = readField("layer");
+  const bool has_partition = fields.find("partition") != nullptr;
+  const auto partition = has_partition ? readField("partition") : 0;
+  node.is_complete = node.id && layer && partition;
+  const bool is_static = partition == 0 && fields.find("timestamp") == nullptr;
+  if (is_static && layer) node.layer = layer;
+  return node;
+}
+
+void SceneGraphFile::Content::readNodes(JsonSpan list) {
+  for (const JsonSpan text : json->readArray(list)) nodes.push_back(readNode(text));
+  has_segments = std::any_of(nodes.begin(), nodes.end(), [&](const NodeRecord& node) {
+    return node.isInLayer(layers.segments);
+  });
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (nodes[i].isInLayer(clusteredLayer())) {
       readPrimitive(i);
-    } else if (!isNode(list[i])) {
+    } else if (!nodes[i].is_complete) {
       no_nodes.add("entry " + std::to_string(i));
     }
   }
 }
 
+JsonObject SceneGraphFile::Content::readAttributes(const NodeRecord& node) const {
+  const JsonSpan* attributes = json->readObject(node.text).find("attributes");
+  return attributes == nullptr ? JsonObject() : json->readObject(*attributes);
+}
+
 void SceneGraphFile::Content::readPrimitive(std::size_t place) {
-  const json& node = nodes()[place];
-  const auto id = readNodeId(node, "id");
+  const auto& id = nodes[place].id;
   if (!id) {
     left_nodes.add("entry " + std::to_string(place) + " of 'nodes' has no 'id' that is a number");
     return;
   }
   try {
-    const auto attributes = node.find("attributes");
-    if (attributes == node.end() || !attributes->is_object()) {
-      throw std::runtime_error("has no 'attributes'");
-    }
-    readPosition(*attributes);
-    const FilePrimitive primitive{*id, readEmbedding(*attributes), readBox(*attributes)};
+    const JsonObject attributes = readAttributes(nodes[place]);
+    if (attributes.fields().empty()) throw std::runtime_error("has no 'attributes'");
+    const auto solid = readFields(*json, attributes, {"position", "bounding_box"});
+    FilePrimitive primitive;
+    primitive.id = *id;
+    primitive.position_m = readPosition(solid);
+    primitive.embedding = readEmbedding(*json, attributes);
+    primitive.box = readBox(solid);
     if (!place_of.emplace(*id, place).second) throw std::runtime_error("is there already");
-    primitives.push_back(primitive);
+    primitives.push_back(std::move(primitive));
   } catch (const std::runtime_error& e) {
     left_nodes.add(describeNode(*id) + ' ' + e.what());
   }
+}
+
+void SceneGraphFile::Content::readEdges(JsonSpan list) {
+  const std::unordered_set<NodeKey> ids = listIds();
+  const std::vector<JsonSpan> texts = json->readArray(list);
+  std::optional<bool> has_metadata;
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    const JsonObject fields = json->readObject(texts[i]);
+    const JsonSpan* info = fields.find("info");
+    if (!has_metadata && info != nullptr && json->isObject(*info)) {
+      has_metadata = json->readObject(*info).find("metadata") != nullptr;
+    }
+    const JsonSpan* source = fields.find("source");
+    const JsonSpan* target = fields.find("target");
+    const auto from = source == nullptr ? std::nullopt : json->readUnsigned(*source);
+    const auto to = target == nullptr ? std::nullopt : json->readUnsigned(*target);
+    if (!from || !to) {
+      left_edges.add("entry " + std::to_string(i) + " of 'edges' has no 'source' and 'target'");
+    } else if (ids.count(*from) == 0 || ids.count(*to) == 0) {
+      left_edges.add(describeNode(*from) + " to " + describeNode(*to));
+    } else {
+      edges.push_back({texts[i], *from, *to});
+    }
+  }
+  has_edge_metadata = has_metadata.value_or(graph.find("layer_keys") != nullptr);
+}
+
+std::unordered_set<NodeKey> SceneGraphFile::Content::listIds() const {
+  std::unordered_set<NodeKey> ids;
+  for (const NodeRecord& node : nodes) {
+    if (node.id && node.is_kept) ids.insert(*node.id);
+  }
+  return ids;
 }
 
 void SceneGraphFile::Content::leaveOtherSizes(Eigen::Index expected, bool is_tasks) {
@@ -158,7 +215,7 @@ std::vector<std::string> SceneGraphFile::notes() const {
       " of nodes that are not there left out: " + content.left_edges.listItems());
   add(content.left_places.count(), " place", " places",
       " without a position, no object's parent: " + content.left_places.listItems());
-  add(content.num_odd_numbers, " number", " numbers",
+  add(content.json->numOddNumbers(), " number", " numbers",
       " that JSON does not know (NaN, Infinity, 1e999) taken as null");
   return lines;
 }
@@ -169,6 +226,6 @@ void SceneGraphFile::replaceObjects(const std::vector<Cluster>& clusters,
   content_->namingTheFile([&] { content_->replaceObjects(clusters, task_names); });
 }
 
-void SceneGraphFile::write(std::ostream& out) const { out << content_->graph << '\n'; }
+void SceneGraphFile::write(std::ostream& out) const { content_->write(out); }
 
-}  // namespace tsg::bottleneck
+}  // namespace tsg::scene_graph

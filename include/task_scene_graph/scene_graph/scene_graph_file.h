@@ -10,18 +10,24 @@
 
 #include "task_scene_graph/bottleneck/clustering.h"
 
-namespace tsg::bottleneck {
+namespace tsg::scene_graph {
+
+using bottleneck::Cluster;
+using bottleneck::NodeKey;
 
 /// A primitive of a scene graph file; its key is spark_dsg's 64-bit node id.
 struct FilePrimitive {
   NodeKey id = 0;
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< world frame
   Embedding embedding;  ///< mean of the columns of `semantic_feature`
   Aabb box;             ///< world frame, metres; rotated boxes: their hull; empty if INVALID
 };
 
 /// A scene graph in spark_dsg's JSON, versions 1.0 (as Clio publishes them: also without a header,
 /// with flat meshes and boxes by their corners) and 1.1 (as the PyPI package writes them). What a
-/// clustering does not touch stays as it was read.
+/// clustering does not touch stays as it was read, letter by letter: the file's text is kept, and
+/// of its numbers only the primitives' boxes, positions and embeddings are read. Memory: the text,
+/// the embeddings and the objects made.
 ///
 /// A node of the layer to be clustered without an id, a box, an embedding or a position that can be
 /// read is no primitive and stays as it is. Edges from or to nodes that are not there go; so do
@@ -68,4 +74,4 @@ class SceneGraphFile {
 /// "s12 (8286623314361712652)": a node id as spark_dsg prints it, and as a number.
 std::string describeNode(NodeKey id);
 
-}  // namespace tsg::bottleneck
+}  // namespace tsg::scene_graph

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "task_scene_graph/bottleneck/scene_graph_file.h"
+#include "task_scene_graph/scene_graph/scene_graph_file.h"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 #include "scene_graph_samples.h"
 #include "support.h"
 
-namespace tsg::bottleneck {
+namespace tsg::scene_graph {
 namespace {
 
 using nlohmann::json;
@@ -603,4 +603,4 @@ TEST_F(SceneGraphFileTest, FoldersAndAbsentFilesAreNamed) {
 }
 
 }  // namespace
-}  // namespace tsg::bottleneck
+}  // namespace tsg::scene_graph

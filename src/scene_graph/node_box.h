@@ -2,12 +2,11 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
-#include <vector>
 
 #include "node_mesh.h"
 #include "task_scene_graph/core/box.h"
 
-namespace tsg::bottleneck {
+namespace tsg::scene_graph {
 
 /// Hull of a node's box in the world, empty if the box is INVALID.
 ///
@@ -21,7 +20,8 @@ Aabb readBox(const nlohmann::json& attributes);
 /// @throws std::runtime_error saying what is wrong with `bounding_box`.
 MeshFrame readMeshFrame(const nlohmann::json& attributes);
 
-/// The hull of all members' boxes (not empty), which can be read, in the form of the first one's.
-nlohmann::json mergeBoxes(const std::vector<const nlohmann::json*>& members);
+/// A box of the world's axes in the form of another one, which can be read; that one itself for an
+/// empty hull.
+nlohmann::json replaceBox(const nlohmann::json& form, const Aabb& hull);
 
-}  // namespace tsg::bottleneck
+}  // namespace tsg::scene_graph
