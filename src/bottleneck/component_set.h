@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "task_scene_graph/bottleneck/agglomeration.h"
-#include "task_scene_graph/bottleneck/primitive_graph.h"
+#include "agglomeration.h"
+#include "primitive_graph.h"
 
 namespace tsg::bottleneck {
 

@@ -4,38 +4,23 @@
 #include <map>
 #include <vector>
 
-#include "task_scene_graph/bottleneck/cluster_registry.h"
+#include "cluster_registry.h"
+#include "component_set.h"
+#include "information.h"
+#include "primitive_graph.h"
 #include "task_scene_graph/bottleneck/clustering.h"
-#include "task_scene_graph/bottleneck/component_set.h"
-#include "task_scene_graph/bottleneck/information.h"
-#include "task_scene_graph/bottleneck/primitive_graph.h"
 #include "task_scene_graph/bottleneck/relevance.h"
 
 namespace tsg::bottleneck {
 
-class ClusteringEngine {
+/// What a clustering holds, and the steps that bring it up to date (clustering_update.cpp).
+class ClusteringState {
  public:
-  ClusteringEngine(const ClusteringConfig& config, Adjacency adjacency);
+  ClusteringState(const ClusteringConfig& config, Adjacency adjacency);
 
-  void setTasks(const EmbeddingMatrix& tasks);
-  void setConfig(const ClusteringConfig& config);
-  void insert(NodeKey key, const Embedding& embedding, const Aabb& box);
-  void update(NodeKey key, const Embedding& embedding, const Aabb& box);
-  void erase(NodeKey key);
-  bool insertEdge(NodeKey a, NodeKey b);
-  bool eraseEdge(NodeKey a, NodeKey b);
-
-  /// Brings everything below up to date.
+  /// Brings everything below up to date with the changes since the last call.
   void apply();
-  ClusteringUpdate takeUpdate();
-  std::vector<Cluster> makeClusters();
-  std::vector<Merge> makeMergeSequence() const;
-  ClusterExplanation explainCluster(std::uint64_t id) const;
-  PairExplanation explainPair(NodeKey a, NodeKey b) const;
-  PrimitiveExplanation explainPrimitive(NodeKey key) const;
-  ClusteringStatistics computeStatistics() const;
 
-  const ClusteringConfig& config() const { return config_; }
   const PrimitiveGraph& graph() const { return graph_; }
   const ClusterRegistry& registry() const { return registry_; }
   const ComponentSet& components() const { return components_; }
@@ -43,6 +28,8 @@ class ClusteringEngine {
   MergeRule rule() const { return MergeRule(config_, totalBits()); }
 
  private:
+  friend class IncrementalClustering;
+
   void checkDimension(const Embedding& embedding, NodeKey key) const;
   void markScoresPending(Slot slot);
   void updateScores();
@@ -51,11 +38,11 @@ class ClusteringEngine {
 
   std::vector<Slot> dissolve(const PrimitiveGraph::Touched& touched);
   std::vector<std::vector<Slot>> findComponents(const std::vector<Slot>& loose);
-  std::vector<ComponentIndex> rebuild(std::vector<std::vector<Slot>> parts);
+  std::vector<ComponentIndex> storeTapes(std::vector<std::vector<Slot>> parts,
+                                         std::vector<MergeTape> tapes);
   AgglomerationProblem makeProblem(const std::vector<Slot>& nodes) const;
   const Component* findFormer(const std::vector<Slot>& nodes) const;
   FormerRun makeFormerRun(const Component& former, const std::vector<Slot>& nodes) const;
-  MergeTape runTape(const std::vector<Slot>& nodes) const;
   void nameClusters(const std::vector<ComponentIndex>& rerun);
   void compactChanged();
   Cluster makeCluster(std::uint32_t entry, const std::vector<Slot>& members);

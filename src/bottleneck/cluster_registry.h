@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "task_scene_graph/bottleneck/component_set.h"
+#include "component_set.h"
 
 namespace tsg::bottleneck {
 

@@ -6,21 +6,13 @@
 #include <unordered_map>
 #include <vector>
 
-#include "task_scene_graph/bottleneck/box_index.h"
+#include "box_index.h"
 #include "task_scene_graph/bottleneck/distribution.h"
+#include "task_scene_graph/bottleneck/graph_types.h"
 #include "task_scene_graph/core/box.h"
 #include "task_scene_graph/core/embedding.h"
 
 namespace tsg::bottleneck {
-
-/// Whoever inserts a primitive names it; any number, unique.
-using NodeKey = std::uint64_t;
-
-/// Which merges are allowed.
-enum class Adjacency {
-  kBoxOverlap,  ///< primitives whose boxes share a volume [Clio24, Sec. IV-B]
-  kGiven        ///< edges that are inserted, as in the place graph
-};
 
 /// Index of a primitive in the graph's table; reused after erasure.
 using Slot = std::uint32_t;

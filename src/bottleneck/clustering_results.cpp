@@ -6,11 +6,11 @@
 #include <tuple>
 #include <utility>
 
-#include "engine.h"
+#include "clustering_state.h"
 
 namespace tsg::bottleneck {
 
-Cluster ClusteringEngine::makeCluster(std::uint32_t entry, const std::vector<Slot>& members) {
+Cluster ClusteringState::makeCluster(std::uint32_t entry, const std::vector<Slot>& members) {
   Cluster cluster;
   cluster.id = registry_[entry].id;
   cluster.members.reserve(members.size());
@@ -28,7 +28,7 @@ Cluster ClusteringEngine::makeCluster(std::uint32_t entry, const std::vector<Slo
   return cluster;
 }
 
-void ClusteringEngine::appendClusters(ComponentIndex index, std::vector<Cluster>& clusters) {
+void ClusteringState::appendClusters(ComponentIndex index, std::vector<Cluster>& clusters) {
   const Component& component = components_[index];
   std::vector<std::vector<Slot>> members(component.clusters.size());
   for (const Slot slot : component.nodes) {
@@ -39,51 +39,55 @@ void ClusteringEngine::appendClusters(ComponentIndex index, std::vector<Cluster>
   }
 }
 
-std::vector<Cluster> ClusteringEngine::makeClusters() {
+std::vector<Cluster> IncrementalClustering::clusters() {
+  state_->apply();
   std::vector<Cluster> clusters;
-  clusters.reserve(registry_.size());
-  for (ComponentIndex index = 0; index < components_.tableSize(); ++index) {
-    if (components_[index].is_alive) appendClusters(index, clusters);
+  clusters.reserve(state_->registry_.size());
+  for (ComponentIndex index = 0; index < state_->components_.tableSize(); ++index) {
+    if (state_->components_[index].is_alive) state_->appendClusters(index, clusters);
   }
   std::sort(clusters.begin(), clusters.end(),
             [](const Cluster& a, const Cluster& b) { return a.id < b.id; });
-  changed_.clear();
-  removed_.clear();
+  state_->changed_.clear();
+  state_->removed_.clear();
   return clusters;
 }
 
-ClusteringUpdate ClusteringEngine::takeUpdate() {
-  compactChanged();
+ClusteringUpdate IncrementalClustering::applyChanges() {
+  state_->apply();
+  state_->compactChanged();
   std::set<ComponentIndex> touched;
-  for (const std::uint64_t id : changed_) touched.insert(registry_.find(id).component);
+  for (const std::uint64_t id : state_->changed_)
+    touched.insert(state_->registry_.find(id).component);
   ClusteringUpdate update;
-  for (const ComponentIndex index : touched) appendClusters(index, update.changed);
+  for (const ComponentIndex index : touched) state_->appendClusters(index, update.changed);
   const auto is_old = [this](const Cluster& cluster) {
-    return !std::binary_search(changed_.begin(), changed_.end(), cluster.id);
+    return !std::binary_search(state_->changed_.begin(), state_->changed_.end(), cluster.id);
   };
   update.changed.erase(std::remove_if(update.changed.begin(), update.changed.end(), is_old),
                        update.changed.end());
   std::sort(update.changed.begin(), update.changed.end(),
             [](const Cluster& a, const Cluster& b) { return a.id < b.id; });
-  update.removed = std::exchange(removed_, {});
+  update.removed = std::exchange(state_->removed_, {});
   std::sort(update.removed.begin(), update.removed.end());
-  changed_.clear();
+  state_->changed_.clear();
   return update;
 }
 
-std::vector<Merge> ClusteringEngine::makeMergeSequence() const {
+std::vector<Merge> IncrementalClustering::mergeSequence() {
+  state_->apply();
   using Head = std::tuple<std::int64_t, NodeKey, NodeKey, ComponentIndex, std::size_t>;
   std::priority_queue<Head, std::vector<Head>, std::greater<>> heads;
   const auto push = [&](ComponentIndex index, std::size_t i) {
-    const Component& component = components_[index];
+    const Component& component = state_->components_[index];
     if (i >= component.cut) return;
     const MergeStep& step = component.tape[i];
-    heads.emplace(step.cost, graph_[component.nodes[step.a]].key,
-                  graph_[component.nodes[step.b]].key, index, i);
+    heads.emplace(step.cost, state_->graph_[component.nodes[step.a]].key,
+                  state_->graph_[component.nodes[step.b]].key, index, i);
   };
-  for (ComponentIndex index = 0; index < components_.tableSize(); ++index) push(index, 0);
-  const MergeRule rule(config_, totalBits());
-  const double count = static_cast<double>(graph_.size());
+  for (ComponentIndex index = 0; index < state_->components_.tableSize(); ++index) push(index, 0);
+  const MergeRule rule = state_->rule();
+  const double count = static_cast<double>(state_->graph_.size());
   std::vector<Merge> merges;
   while (!heads.empty()) {
     const auto [cost, a, b, index, i] = heads.top();
@@ -93,6 +97,29 @@ std::vector<Merge> ClusteringEngine::makeMergeSequence() const {
     push(index, i + 1);
   }
   return merges;
+}
+
+std::uint64_t IncrementalClustering::clusterOf(NodeKey key) {
+  const Slot slot = state_->graph_.find(key);
+  state_->apply();
+  return state_->registry_[state_->registry_.clusterOf(slot)].id;
+}
+
+std::vector<double> IncrementalClustering::scores(NodeKey key) {
+  const Slot slot = state_->graph_.find(key);
+  state_->apply();
+  return state_->graph_[slot].scores;
+}
+
+SparseMasses IncrementalClustering::relevance(NodeKey key) {
+  const Slot slot = state_->graph_.find(key);
+  state_->apply();
+  return state_->graph_[slot].relevance;
+}
+
+double IncrementalClustering::information() {
+  state_->apply();
+  return size() == 0 ? 0.0 : state_->totalBits() / static_cast<double>(size());
 }
 
 }  // namespace tsg::bottleneck

@@ -4,12 +4,11 @@
 #include <map>
 #include <utility>
 
-#include "engine.h"
-#include "task_scene_graph/core/parallel.h"
+#include "clustering_state.h"
 
 namespace tsg::bottleneck {
 
-std::vector<Slot> ClusteringEngine::dissolve(const PrimitiveGraph::Touched& touched) {
+std::vector<Slot> ClusteringState::dissolve(const PrimitiveGraph::Touched& touched) {
   std::vector<Slot> loose;
   for (const Slot slot : touched.slots) {
     if (graph_[slot].is_alive && graph_[slot].component == kNoSlot) loose.push_back(slot);
@@ -27,7 +26,7 @@ std::vector<Slot> ClusteringEngine::dissolve(const PrimitiveGraph::Touched& touc
   return loose;
 }
 
-std::vector<std::vector<Slot>> ClusteringEngine::findComponents(const std::vector<Slot>& loose) {
+std::vector<std::vector<Slot>> ClusteringState::findComponents(const std::vector<Slot>& loose) {
   std::vector<std::vector<Slot>> parts;
   local_.resize(std::max<std::size_t>(local_.size(), graph_.tableSize()), kNoSlot);
   for (const Slot slot : loose) local_[slot] = kNoSlot;  // not reached yet
@@ -44,12 +43,13 @@ std::vector<std::vector<Slot>> ClusteringEngine::findComponents(const std::vecto
     }
     std::sort(nodes.begin(), nodes.end(),
               [this](Slot a, Slot b) { return graph_[a].key < graph_[b].key; });
+    for (std::uint32_t i = 0; i < nodes.size(); ++i) local_[nodes[i]] = i;
     parts.push_back(std::move(nodes));
   }
   return parts;
 }
 
-AgglomerationProblem ClusteringEngine::makeProblem(const std::vector<Slot>& nodes) const {
+AgglomerationProblem ClusteringState::makeProblem(const std::vector<Slot>& nodes) const {
   AgglomerationProblem problem;
   problem.relevance.reserve(nodes.size());
   for (std::uint32_t i = 0; i < nodes.size(); ++i) {
@@ -63,7 +63,7 @@ AgglomerationProblem ClusteringEngine::makeProblem(const std::vector<Slot>& node
 
 // The dissolved component that nearly all of these primitives were in, unchanged; none if following
 // its tape would not pay.
-const Component* ClusteringEngine::findFormer(const std::vector<Slot>& nodes) const {
+const Component* ClusteringState::findFormer(const std::vector<Slot>& nodes) const {
   constexpr std::size_t kMinSize = 500;
   constexpr double kMinShare = 0.9;
   if (nodes.size() < kMinSize) return nullptr;
@@ -80,8 +80,8 @@ const Component* ClusteringEngine::findFormer(const std::vector<Slot>& nodes) co
   return nullptr;
 }
 
-FormerRun ClusteringEngine::makeFormerRun(const Component& former,
-                                          const std::vector<Slot>& nodes) const {
+FormerRun ClusteringState::makeFormerRun(const Component& former,
+                                         const std::vector<Slot>& nodes) const {
   FormerRun run;
   run.tape = former.tape;
   run.index_of.assign(former.nodes.size(), FormerRun::kGone);
@@ -98,19 +98,8 @@ FormerRun ClusteringEngine::makeFormerRun(const Component& former,
   return run;
 }
 
-MergeTape ClusteringEngine::runTape(const std::vector<Slot>& nodes) const {
-  const AgglomerationProblem problem = makeProblem(nodes);
-  const Component* former = findFormer(nodes);
-  return former ? reagglomerate(problem, makeFormerRun(*former, nodes)) : agglomerate(problem);
-}
-
-std::vector<ComponentIndex> ClusteringEngine::rebuild(std::vector<std::vector<Slot>> parts) {
-  for (const std::vector<Slot>& nodes : parts) {
-    for (std::uint32_t i = 0; i < nodes.size(); ++i) local_[nodes[i]] = i;
-  }
-  std::vector<MergeTape> tapes(parts.size());
-  parallelFor(parts.size(), config_.num_threads,
-              [&](std::size_t i) { tapes[i] = runTape(parts[i]); });
+std::vector<ComponentIndex> ClusteringState::storeTapes(std::vector<std::vector<Slot>> parts,
+                                                        std::vector<MergeTape> tapes) {
   std::vector<ComponentIndex> rerun;
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const std::vector<Slot> nodes = parts[i];
