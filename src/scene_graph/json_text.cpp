@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -38,13 +37,17 @@ std::string decodeString(const std::string& quoted) {
   return nlohmann::json::parse(quoted).get<std::string>();
 }
 
-/// Where what reads the value as a whole number has used all of it.
+bool isDigit(char c) { return c >= '0' && c <= '9'; }
+
+/// What strtoull() or strtoll() makes of a value that begins with a digit or a sign; nothing unless
+/// that is all of it and in range.
 template <typename Integer>
-std::optional<Integer> readWhole(std::string_view text, JsonSpan value) {
-  Integer number = 0;
-  const char* end = text.data() + value.end;
-  const auto result = std::from_chars(text.data() + value.begin, end, number);
-  if (result.ec != std::errc() || result.ptr != end) return std::nullopt;
+std::optional<Integer> readWhole(std::string_view text, JsonSpan value,
+                                 Integer (*parse)(const char*, char**, int)) {
+  char* end = nullptr;
+  errno = 0;
+  const Integer number = parse(text.data() + value.begin, &end, 10);
+  if (errno != 0 || end != text.data() + value.end) return std::nullopt;
   return number;
 }
 
@@ -105,11 +108,15 @@ std::size_t JsonText::skipString(std::size_t at) const {
   return at + 1;
 }
 
-std::size_t JsonText::findEnd(std::size_t begin) const {
+JsonText::Containers::const_iterator JsonText::findContainer(std::size_t begin) const {
+  return std::lower_bound(containers_.begin(), containers_.end(), begin, isBefore);
+}
+
+std::size_t JsonText::findEnd(std::size_t begin, Containers::const_iterator& next) const {
   if (text_[begin] == '"') return skipString(begin);
   if (text_[begin] != '{' && text_[begin] != '[') return text_.find_first_of(",]} \t\r\n", begin);
-  const auto noted = std::lower_bound(containers_.begin(), containers_.end(), begin, isBefore);
-  if (noted != containers_.end() && noted->begin == begin) return noted->end;
+  while (next != containers_.end() && next->begin < begin) ++next;
+  if (next != containers_.end() && next->begin == begin) return next->end;
   int depth = 0;
   for (std::size_t at = begin;;) {
     const char c = text_[at];
@@ -126,12 +133,13 @@ std::size_t JsonText::findEnd(std::size_t begin) const {
 JsonObject JsonText::readObject(JsonSpan value) const {
   JsonObject object;
   if (!isObject(value)) return object;
+  auto next = findContainer(value.begin);
   std::size_t at = skipSpace(value.begin + 1);
   while (text_[at] != '}') {
     const std::size_t key_end = skipString(at);
     std::string key = decodeString(std::string(text_.substr(at, key_end - at)));
     const std::size_t begin = skipSpace(skipSpace(key_end) + 1);
-    const JsonSpan span{begin, findEnd(begin)};
+    const JsonSpan span{begin, findEnd(begin, next)};
     object.add(std::move(key), span);
     at = skipSpace(span.end);
     if (text_[at] == ',') at = skipSpace(at + 1);
@@ -142,9 +150,10 @@ JsonObject JsonText::readObject(JsonSpan value) const {
 std::vector<JsonSpan> JsonText::readArray(JsonSpan value) const {
   std::vector<JsonSpan> elements;
   if (!isArray(value)) return elements;
+  auto next = findContainer(value.begin);
   std::size_t at = skipSpace(value.begin + 1);
   while (text_[at] != ']') {
-    elements.push_back({at, findEnd(at)});
+    elements.push_back({at, findEnd(at, next)});
     at = skipSpace(elements.back().end);
     if (text_[at] == ',') at = skipSpace(at + 1);
   }
@@ -152,11 +161,13 @@ std::vector<JsonSpan> JsonText::readArray(JsonSpan value) const {
 }
 
 std::optional<std::uint64_t> JsonText::readUnsigned(JsonSpan value) const {
-  return readWhole<std::uint64_t>(text_, value);
+  if (!isDigit(text_[value.begin])) return std::nullopt;
+  return readWhole<unsigned long long>(text_, value, std::strtoull);
 }
 
 std::optional<std::int64_t> JsonText::readInteger(JsonSpan value) const {
-  return readWhole<std::int64_t>(text_, value);
+  if (!isDigit(text_[value.begin]) && text_[value.begin] != '-') return std::nullopt;
+  return readWhole<long long>(text_, value, std::strtoll);
 }
 
 bool JsonText::isNull(JsonSpan value) const {
@@ -166,8 +177,7 @@ bool JsonText::isNull(JsonSpan value) const {
 }
 
 std::optional<double> JsonText::readNumber(JsonSpan value) const {
-  const char first = text_[value.begin];
-  const bool is_number = first == '-' || (first >= '0' && first <= '9');
+  const bool is_number = isDigit(text_[value.begin]) || text_[value.begin] == '-';
   if (!is_number || hasOddNumber(value)) return std::nullopt;
   return std::strtod(text_.data() + value.begin, nullptr);
 }

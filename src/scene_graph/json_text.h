@@ -87,7 +87,11 @@ class JsonText {
   JsonText(std::unique_ptr<char[]> buffer, std::size_t size);
   std::size_t skipSpace(std::size_t at) const;
   std::size_t skipString(std::size_t at) const;
-  std::size_t findEnd(std::size_t begin) const;
+  using Containers = std::vector<JsonSpan>;
+  /// Where a value ends. @param next  goes on to the first container noted that begins there or
+  /// behind: what is asked for from left to right is found in one walk
+  std::size_t findEnd(std::size_t begin, Containers::const_iterator& next) const;
+  Containers::const_iterator findContainer(std::size_t begin) const;
   bool hasOddNumber(JsonSpan value) const;
   template <typename Put>
   void copyTo(JsonSpan value, const Put& put) const;
@@ -95,8 +99,8 @@ class JsonText {
   std::unique_ptr<char[]> buffer_;  ///< not a string, which would be filled before it is read into
   std::string_view text_;           ///< of it, without the zero behind
   JsonSpan root_;
-  std::vector<JsonSpan> containers_;  ///< the outer levels of objects and arrays, by begin
-  std::vector<JsonSpan> odd_;         ///< odd numbers, by begin
+  Containers containers_;      ///< the outer levels of objects and arrays, by begin
+  std::vector<JsonSpan> odd_;  ///< odd numbers, by begin
 };
 
 }  // namespace tsg::scene_graph

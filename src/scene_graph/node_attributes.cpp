@@ -53,21 +53,33 @@ void mergeMeshes(const JsonText& text, const std::vector<JsonObject>& members, c
   }
 }
 
+/// Of two numbers; whole ones are compared as such, for a double does not hold all nanoseconds.
+bool isLess(const JsonText& text, JsonSpan a, JsonSpan b) {
+  const auto whole_a = text.readInteger(a);
+  const auto whole_b = text.readInteger(b);
+  return whole_a && whole_b ? *whole_a < *whole_b : *text.readNumber(a) < *text.readNumber(b);
+}
+
 // One interval from the first observation to the last.
 void mergeTimes(const JsonText& text, const std::vector<JsonObject>& members, FieldTexts& merged) {
   const auto extend = [&](const char* name, bool is_latest) {
     const JsonSpan* form = members.front().find(name);
     if (form == nullptr) return;
-    json best;
+    std::optional<JsonSpan> best;
     for (const JsonObject& member : members) {
-      const json value = readFields(text, member, {name})[name];
-      for (const json& time : value.is_array() ? value : json::array({value})) {
-        const bool is_better = best.is_null() || (is_latest ? best < time : time < best);
-        if (time.is_number() && is_better) best = time;
+      const JsonSpan* value = member.find(name);
+      if (value == nullptr) continue;
+      for (const JsonSpan time :
+           text.isArray(*value) ? text.readArray(*value) : std::vector{*value}) {
+        if (!text.readNumber(time)) continue;
+        const bool is_better =
+            !best || (is_latest ? isLess(text, *best, time) : isLess(text, time, *best));
+        if (is_better) best = time;
       }
     }
-    if (best.is_null()) return;
-    merged.emplace_back(name, text.isArray(*form) ? '[' + best.dump() + ']' : best.dump());
+    if (!best) return;
+    merged.emplace_back(name,
+                        text.isArray(*form) ? '[' + text.copy(*best) + ']' : text.copy(*best));
   };
   extend("first_observed_ns", false);
   extend("last_observed_ns", true);

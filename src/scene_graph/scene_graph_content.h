@@ -25,6 +25,7 @@ namespace tsg::scene_graph {
 /// An entry of `nodes`.
 struct NodeRecord {
   JsonSpan text;
+  std::optional<JsonSpan> attributes;
   std::optional<NodeKey> id;
   std::optional<std::int64_t> layer;  ///< of the static layers
   bool is_complete = false;           ///< id, layer and partition are whole numbers

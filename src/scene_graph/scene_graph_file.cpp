@@ -69,7 +69,9 @@ JsonSpan SceneGraphFile::Content::requireList(const char* name) const {
 // partition.
 NodeRecord SceneGraphFile::Content::readNode(JsonSpan text) {
   const JsonObject fields = json->readObject(text);
-  NodeRecord node{text, {}, {}};
+  NodeRecord node;
+  node.text = text;
+  if (const JsonSpan* attributes = fields.find("attributes")) node.attributes = *attributes;
   const auto readField = [&](const char* name) -> std::optional<std::int64_t> {
     const JsonSpan* value = fields.find(name);
     return value == nullptr ? std::nullopt : json->readInteger(*value);
@@ -99,8 +101,7 @@ void SceneGraphFile::Content::readNodes(JsonSpan list) {
 }
 
 JsonObject SceneGraphFile::Content::readAttributes(const NodeRecord& node) const {
-  const JsonSpan* attributes = json->readObject(node.text).find("attributes");
-  return attributes == nullptr ? JsonObject() : json->readObject(*attributes);
+  return node.attributes ? json->readObject(*node.attributes) : JsonObject();
 }
 
 void SceneGraphFile::Content::readPrimitive(std::size_t place) {

@@ -131,27 +131,40 @@ nlohmann::json makeTape(bottleneck::IncrementalClustering& clustering) {
           {"clusters", std::move(partition)}};
 }
 
+struct Clustered {
+  std::vector<bottleneck::Cluster> clusters;
+  double information_bits = 0.0;
+  nlohmann::json tape;  ///< null unless it is asked for
+};
+
+// The clustering, which holds a copy of all embeddings, is gone before objects are made.
+Clustered cluster(const Arguments& arguments, const scene_graph::TaskList& tasks,
+                  const scene_graph::SceneGraphFile& graph) {
+  auto clustering = makeClustering(arguments, tasks, graph);
+  Clustered clustered{clustering.clusters(), clustering.information(), {}};
+  if (!arguments.tape.empty()) clustered.tape = makeTape(clustering);
+  return clustered;
+}
+
 void run(const Arguments& arguments) {
   const scene_graph::TaskList tasks = readTasks(arguments);
   scene_graph::SceneGraphFile graph(arguments.input, tasks.embeddings.cols());
-  auto clustering = makeClustering(arguments, tasks, graph);
-  const std::vector<bottleneck::Cluster> clusters = clustering.clusters();
-  graph.replaceObjects(clusters, tasks.names);
+  const Clustered clustered = cluster(arguments, tasks, graph);
+  graph.replaceObjects(clustered.clusters, tasks.names);
   writeFileAtomically(arguments.output, [&](std::ostream& out) { graph.write(out); });
   std::vector<WrittenFile> files{
       {arguments.output, formatCount(graph.primitives().size(), "primitive") + " in " +
-                             formatCount(clusters.size(), "cluster")}};
+                             formatCount(clustered.clusters.size(), "cluster")}};
   if (!arguments.tape.empty()) {
-    const nlohmann::json tape = makeTape(clustering);
-    writeFileAtomically(arguments.tape, [&](std::ostream& out) { out << tape << '\n'; });
-    files.push_back({arguments.tape, formatCount(tape["merges"].size(), "merge")});
+    writeFileAtomically(arguments.tape, [&](std::ostream& out) { out << clustered.tape << '\n'; });
+    files.push_back({arguments.tape, formatCount(clustered.tape["merges"].size(), "merge")});
   }
   for (const std::string& note : graph.notes()) {
     std::cerr << "cluster_scene_graph: scene graph '" << arguments.input << "': " << note << '\n';
   }
   std::cout << describeWritten({}, files) << ", " << graph.numLeftNodes()
             << (graph.numLeftNodes() == 1 ? " node" : " nodes")
-            << " left as in the file, I(X;Y) = " << clustering.information() << " bits\n";
+            << " left as in the file, I(X;Y) = " << clustered.information_bits << " bits\n";
 }
 
 }  // namespace

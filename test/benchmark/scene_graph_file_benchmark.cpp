@@ -220,6 +220,15 @@ class Stopwatch {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
+std::vector<bottleneck::Cluster> cluster(const SceneGraphFile& file) {
+  bottleneck::IncrementalClustering clustering({}, bottleneck::Adjacency::kBoxOverlap);
+  clustering.setTasks(theFile().tasks().embeddings);
+  for (const auto& primitive : file.primitives()) {
+    clustering.insert(primitive.id, primitive.embedding, primitive.box);
+  }
+  return clustering.clusters();
+}
+
 void clusterFile(benchmark::State& state) {
   const std::string path = theFile().path(static_cast<int>(state.range(0)));
   for (auto _ : state) {
@@ -227,12 +236,7 @@ void clusterFile(benchmark::State& state) {
     Stopwatch watch;
     SceneGraphFile file(path, kDimension);
     state.counters["read_s"] = watch.lap();
-    bottleneck::IncrementalClustering clustering({}, bottleneck::Adjacency::kBoxOverlap);
-    clustering.setTasks(theFile().tasks().embeddings);
-    for (const auto& primitive : file.primitives()) {
-      clustering.insert(primitive.id, primitive.embedding, primitive.box);
-    }
-    const auto clusters = clustering.clusters();
+    const auto clusters = cluster(file);
     state.counters["cluster_s"] = watch.lap();
     file.replaceObjects(clusters, theFile().tasks().names);
     state.counters["objects_s"] = watch.lap();

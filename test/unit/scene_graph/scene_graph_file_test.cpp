@@ -491,6 +491,55 @@ TEST_F(SceneGraphFileTest, MembersWithoutAMeshAreNoFault) {
   }
 }
 
+TEST_F(SceneGraphFileTest, MergedTimesKeepEveryNanosecond) {
+  json graph = makeSampleGraph(FileForm::kCurrent, 3);
+  const std::int64_t time_ns = 1'700'000'000'000'000'001;
+  for (std::size_t i = 0; i < 3; ++i) {
+    json& attributes = attributesOf(graph, i);
+    attributes["first_observed_ns"] = {time_ns + 9 - static_cast<std::int64_t>(i),
+                                       9'000'000'000'000'000'000};
+    attributes["last_observed_ns"] = {0, time_ns + 20 + static_cast<std::int64_t>(i)};
+    attributes["last_update_time_ns"] = time_ns - static_cast<std::int64_t>(i);
+  }
+  SceneGraphFile file = load(graph);
+  const json merged = findNode(replaceAll(file), makeId('O', 0))->at("attributes");
+  EXPECT_EQ(merged.at("first_observed_ns"), json::array({time_ns + 7}));
+  EXPECT_EQ(merged.at("last_observed_ns"), json::array({time_ns + 22}));
+  EXPECT_EQ(merged.at("last_update_time_ns"), time_ns);
+}
+
+TEST_F(SceneGraphFileTest, VerticesThatAreNowhereKeepTheirPlaceInTheMesh) {
+  for (const FileForm form : {FileForm::kCurrent, FileForm::kClio}) {
+    const bool is_flat = form == FileForm::kClio;
+    std::string text = makeSampleGraph(form, 3).dump();
+    const std::string coordinate = is_flat ? "\"vertices\":[0.0" : "\"points\":[[-0.5";
+    const std::string value = is_flat ? "0.0" : "-0.5";
+    const std::size_t at = text.find(coordinate) + coordinate.size() - value.size();
+    text.replace(at, value.size(), "NaN");
+    SceneGraphFile file(write(text));
+    const json merged = findNode(replaceAll(file), makeId('O', 0))->at("attributes");
+    const json& points = is_flat ? merged.at("vertices") : merged.at("mesh").at("points");
+    ASSERT_EQ(points.size(), is_flat ? 27U : 9U);
+    EXPECT_TRUE((is_flat ? points[0] : points[0][0]).is_null());
+    EXPECT_FALSE((is_flat ? points[3] : points[1][0]).is_null());
+    EXPECT_EQ((is_flat ? merged : merged.at("mesh")).at("colors").size(), is_flat ? 36U : 9U);
+  }
+}
+
+TEST_F(SceneGraphFileTest, WhatIsNotClusteredIsWrittenLetterByLetter) {
+  const std::string place =
+      "{ \"layer\" : 3,\"id\":" + std::to_string(makeId('p', 7)) +
+      ", \"partition\":0,\"attributes\": {\"x\": 1.50e+00, \"position\":[ 1,2,3 ]} }";
+  std::string text = makeSampleGraph(FileForm::kCurrent, 2).dump();
+  const std::string nodes = "\"nodes\":[";
+  text.insert(text.find(nodes) + nodes.size(), place + ",");
+  SceneGraphFile file(write(text));
+  file.replaceObjects(clusterAll(file), {"wash"});
+  std::ostringstream out;
+  file.write(out);
+  EXPECT_NE(out.str().find(place), std::string::npos);
+}
+
 TEST_F(SceneGraphFileTest, ColorsThatOneMemberHasNotGo) {
   json graph = makeSampleGraph(FileForm::kCurrent, 3);
   attributesOf(graph, 1)["mesh"].erase("colors");
