@@ -8,7 +8,7 @@
 
 #include "node_attributes.h"
 #include "scene_graph_content.h"
-#include "task_scene_graph/bottleneck/point_index.h"
+#include "task_scene_graph/core/point_index.h"
 
 namespace tsg::bottleneck {
 namespace {

@@ -5,9 +5,13 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <iomanip>
+#include <limits>
 #include <sstream>
 #include <stdexcept>
 #include <vector>
+
+#include "task_scene_graph/core/files.h"
 
 namespace tsg {
 namespace {
@@ -64,6 +68,15 @@ std::optional<Pose> parsePose(const std::vector<std::string>& words, const std::
   pose.linear() = rotation.normalized().toRotationMatrix();
   pose.translation() = Eigen::Vector3d(v[0], v[1], v[2]);
   return pose;
+}
+
+void writePose(std::ostream& stream, Stamp stamp, const Pose& pose) {
+  const Eigen::Quaterniond q(pose.linear());
+  const Eigen::Vector3d t = pose.translation();
+  constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
+  stream << stamp.ns / kNanosecondsPerSecond << '.' << std::setw(9) << std::setfill('0')
+         << stamp.ns % kNanosecondsPerSecond << ' ' << t.x() << ' ' << t.y() << ' ' << t.z() << ' '
+         << q.x() << ' ' << q.y() << ' ' << q.z() << ' ' << q.w() << '\n';
 }
 
 void requireWords(const std::vector<std::string>& words, const std::string& path, int line) {
@@ -125,6 +138,15 @@ Trajectory loadTumTrajectory(const std::string& path) {
     throw std::runtime_error("trajectory '" + path + "' holds no pose");
   }
   return trajectory;
+}
+
+void writeTumTrajectory(const std::string& path, const Trajectory& trajectory,
+                        const std::string& what) {
+  writeFileAtomically(path, [&](std::ostream& stream) {
+    stream << "# " << what << ": stamp_s tx_m ty_m tz_m qx qy qz qw\n"
+           << std::setprecision(std::numeric_limits<double>::max_digits10);
+    for (const auto& [ns, pose] : trajectory.poses()) writePose(stream, {ns}, pose);
+  });
 }
 
 }  // namespace tsg

@@ -6,6 +6,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "task_scene_graph/core/files.h"
+
 namespace tsg::mapping {
 namespace {
 
@@ -56,16 +58,9 @@ void write(const fs::path& path, const Mesh& mesh, const std::vector<std::int32_
            const std::string& frame) {
   requireCount("colours", mesh.colors.size(), mesh);
   if (object_ids != nullptr) requireCount("object ids", object_ids->size(), mesh);
-  const fs::path temporary = path.string() + ".tmp";
-  std::ofstream file(temporary, std::ios::binary | std::ios::trunc);
-  file << makeHeader(mesh, object_ids != nullptr, frame) << makeBody(mesh, object_ids);
-  file.close();
-  std::error_code error;
-  if (file) fs::rename(temporary, path, error);
-  if (file && !error) return;
-  std::error_code ignored;
-  fs::remove(temporary, ignored);
-  throw std::runtime_error("cannot write " + path.string());
+  writeFileAtomically(path, [&](std::ostream& stream) {
+    stream << makeHeader(mesh, object_ids != nullptr, frame) << makeBody(mesh, object_ids);
+  });
 }
 
 }  // namespace

@@ -20,6 +20,7 @@ Pipeline::Pipeline(const PipelineConfig& config, const scene_graph::TaskList& ob
 
 void Pipeline::process(const RgbdFramePtr& frame, const SegmentationPtr& recorded) {
   newest_ = frame->stamp;
+  trajectory_.add(frame->stamp, frame->T_world_camera);
   times_.measure("background", [&] { return background_.integrate(*frame); });
   const SegmentationPtr segmentation = findSegmentation(*frame, recorded);
   if (segmentation) {
@@ -30,10 +31,22 @@ void Pipeline::process(const RgbdFramePtr& frame, const SegmentationPtr& recorde
   updatePlaces(false);
 }
 
-scene_graph::SceneGraphPtr Pipeline::finish() {
+map::MapPtr Pipeline::finish() {
   addTracks(tracker_.finish());
   updatePlaces(true);
-  return times_.measure("scene_graph", [&] { return scene_graph_.snapshot(); });
+  map::Map map = times_.measure("scene_graph", [&] { return map::makeMap(scene_graph_); });
+  map.setTrajectory(std::make_shared<const Trajectory>(trajectory_));
+  map.setMesh(background_.background().config().tsdf.voxel_size_m, updateMesh());
+  return map.snapshot();
+}
+
+std::vector<mapping::BlockMesh> Pipeline::updateMesh() {
+  background_.updateMesh();
+  std::vector<mapping::BlockMesh> blocks;
+  for (const auto& block : background_.background().meshBlocks()) {
+    blocks.push_back({block, background_.background().findMesh(block)});
+  }
+  return blocks;
 }
 
 SegmentationPtr Pipeline::findSegmentation(const RgbdFrame& frame,

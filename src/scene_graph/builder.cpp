@@ -2,9 +2,9 @@
 #include "task_scene_graph/scene_graph/builder.h"
 
 #include <algorithm>
-#include <limits>
 
 #include "task_scene_graph/config/config.h"
+#include "task_scene_graph/scene_graph/clusters.h"
 
 namespace tsg::scene_graph {
 namespace {
@@ -16,19 +16,6 @@ SceneGraphConfig validated(const SceneGraphConfig& config) {
 
 bool isSame(const SceneGraphConfig& a, const SceneGraphConfig& b) {
   return YAML::Dump(config::toYaml(a)) == YAML::Dump(config::toYaml(b));
-}
-
-/// Id of the place nearest to a point; the smallest of equally near ones, none if there are none.
-PlaceId findNearestPlace(const PlaceGraph& graph, const Eigen::Vector3d& position_m) {
-  PlaceId nearest;
-  double nearest_m2 = std::numeric_limits<double>::infinity();
-  for (const auto& place : graph.places) {
-    const double distance_m2 = (place.position_m - position_m).squaredNorm();
-    if (distance_m2 >= nearest_m2) continue;
-    nearest_m2 = distance_m2;
-    nearest = place.id;
-  }
-  return nearest;
 }
 
 }  // namespace
@@ -59,11 +46,17 @@ void SceneGraphBuilder::setConfig(const SceneGraphConfig& config) {
   snapshot_.reset();
 }
 
-PrimitiveUpdate SceneGraphBuilder::addPrimitives(
-    const std::vector<ObjectPrimitivePtr>& primitives) {
-  const PrimitiveUpdate update = objects_->add(primitives);
+PrimitiveUpdate SceneGraphBuilder::addPrimitives(const std::vector<ObjectPrimitivePtr>& primitives,
+                                                 Repeated repeated) {
+  const PrimitiveUpdate update = objects_->add(primitives, repeated);
   if (update.counters.clustered + update.counters.without_embedding > 0) snapshot_.reset();
   return update;
+}
+
+std::size_t SceneGraphBuilder::erasePrimitives(const std::vector<PrimitiveId>& ids) {
+  const std::size_t num_erased = objects_->erase(ids);
+  if (num_erased > 0) snapshot_.reset();
+  return num_erased;
 }
 
 PlaceUpdate SceneGraphBuilder::setPlaces(const PlaceGraphPtr& places) {
@@ -86,9 +79,7 @@ SceneGraphPtr SceneGraphBuilder::snapshot() {
   graph->regions = regions_->computeRegions();
   graph->region_edges = computeRegionEdges(*graph);
   graph->stamp = std::max(objects_->newest(), graph->places->stamp);
-  for (auto& object : graph->objects) {
-    object.place = findNearestPlace(*graph->places, object.position_m);
-  }
+  setNearestPlaces(*graph->places, graph->objects);
   snapshot_ = graph;
   return snapshot_;
 }

@@ -2,24 +2,18 @@
 #include "task_scene_graph/scene_graph/object_layer.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "task_scene_graph/bottleneck/clustering.h"
 #include "task_scene_graph/config/config.h"
-#include "task_scene_graph/scene_graph/scoring.h"
 
 namespace tsg::scene_graph {
 namespace {
 
 using bottleneck::IncrementalClustering;
 
-constexpr int kNullTask = 0;  // of bottleneck::Cluster::task
-
 std::string describe(const ObjectPrimitive& primitive) {
   return "primitive " + std::to_string(primitive.id.value);
-}
-
-OrientedBox findOrientedBox(const ObjectPrimitive& primitive) {
-  return primitive.oriented_box.isEmpty() ? toOrientedBox(primitive.box) : primitive.oriented_box;
 }
 
 bool isUsableBox(const Aabb& box) {
@@ -32,6 +26,7 @@ PrimitiveCounters& PrimitiveCounters::operator+=(const PrimitiveCounters& other)
   clustered += other.clustered;
   without_embedding += other.without_embedding;
   repeated += other.repeated;
+  replaced += other.replaced;
   rejected += other.rejected;
   return *this;
 }
@@ -57,32 +52,60 @@ void ObjectLayer::setConfig(const SceneGraphConfig& config) {
   config_ = config;
 }
 
-PrimitiveUpdate ObjectLayer::add(const std::vector<ObjectPrimitivePtr>& primitives) {
+PrimitiveUpdate ObjectLayer::add(const std::vector<ObjectPrimitivePtr>& primitives,
+                                 Repeated repeated) {
   PrimitiveUpdate update;
-  for (const auto& primitive : primitives) addOne(primitive, update);
+  for (const auto& primitive : primitives) addOne(primitive, repeated, update);
   counters_ += update.counters;
   return update;
 }
 
-void ObjectLayer::addOne(const ObjectPrimitivePtr& primitive, PrimitiveUpdate& update) {
+void ObjectLayer::addOne(const ObjectPrimitivePtr& primitive, Repeated repeated,
+                         PrimitiveUpdate& update) {
   const std::string fault = primitive ? findFault(*primitive) : "a primitive is null";
   if (!fault.empty()) {
     ++update.counters.rejected;
     if (update.error.empty()) update.error = fault;
     return;
   }
-  if (!primitives_.emplace(primitive->id.value, primitive).second) {
+  ObjectPrimitivePtr& place = primitives_[primitive->id.value];
+  if (place != nullptr && repeated == Repeated::kDrop) {
     ++update.counters.repeated;
     return;
   }
+  if (place != nullptr) ++update.counters.replaced;
+  place = primitive;
   newest_ = std::max(newest_, primitive->last_seen);
-  if (!hasDirection(primitive->embedding)) {
-    ++update.counters.without_embedding;
-    return;
+  cluster(*primitive);
+  ++(hasDirection(primitive->embedding) ? update.counters.clustered
+                                        : update.counters.without_embedding);
+}
+
+void ObjectLayer::cluster(const ObjectPrimitive& primitive) {
+  const std::uint64_t key = primitive.id.value;
+  const bool is_clustered = clustering_->contains(key);
+  if (hasDirection(primitive.embedding)) {
+    embedding_size_ = primitive.embedding.size();
+    if (is_clustered) {
+      clustering_->update(key, primitive.embedding, primitive.box);
+    } else {
+      clustering_->insert(key, primitive.embedding, primitive.box);
+    }
+  } else if (is_clustered) {
+    clustering_->erase(key);
   }
-  embedding_size_ = primitive->embedding.size();
-  clustering_->insert(primitive->id.value, primitive->embedding, primitive->box);
-  ++update.counters.clustered;
+}
+
+std::size_t ObjectLayer::erase(const std::vector<PrimitiveId>& ids) {
+  std::size_t num_erased = 0;
+  for (const PrimitiveId id : ids) {
+    num_erased += primitives_.erase(id.value);
+    if (clustering_->contains(id.value)) clustering_->erase(id.value);
+  }
+  if (clustering_->size() == 0) embedding_size_ = 0;
+  newest_ = {};
+  for (const auto& entry : primitives_) newest_ = std::max(newest_, entry.second->last_seen);
+  return num_erased;
 }
 
 std::string ObjectLayer::findFault(const ObjectPrimitive& primitive) const {
@@ -102,54 +125,47 @@ std::string ObjectLayer::findFault(const ObjectPrimitive& primitive) const {
 }
 
 std::vector<SceneObject> ObjectLayer::computeObjects() {
-  const bottleneck::ClusteringUpdate update = clustering_->applyChanges();
-  for (const std::uint64_t id : update.removed) objects_.erase(id);
-  if (are_scores_stale_) {
-    for (const auto& cluster : clustering_->clusters()) updateObject(cluster);
-    are_scores_stale_ = false;
-  } else {
-    for (const auto& cluster : update.changed) updateObject(cluster);
-  }
+  updateObjects();
   std::vector<SceneObject> objects;
   objects.reserve(objects_.size());
   for (const auto& entry : objects_) objects.push_back(entry.second);
   return objects;
 }
 
+std::vector<ObjectCluster> ObjectLayer::computeClusters() {
+  updateObjects();  // clusters() forgets what has changed
+  std::vector<ObjectCluster> clusters;
+  for (const auto& found : clustering_->clusters()) {
+    clusters.push_back({{found.id}, found.task, {}});
+    for (const std::uint64_t key : found.members) clusters.back().primitives.push_back({key});
+  }
+  return clusters;
+}
+
+void ObjectLayer::updateObjects() {
+  const bottleneck::ClusteringUpdate update = clustering_->applyChanges();
+  for (const std::uint64_t id : update.removed) objects_.erase(id);
+  const bool are_all_stale = std::exchange(are_scores_stale_, false);
+  for (const auto& cluster : are_all_stale ? clustering_->clusters() : update.changed) {
+    updateObject(cluster);
+  }
+}
+
 void ObjectLayer::updateObject(const bottleneck::Cluster& cluster) {
   objects_.erase(cluster.id);
-  if (cluster.task == kNullTask) return;
-  SceneObject object = makeObject(cluster.members);
-  if (object.task_index < 0 || object.score < config_.publishedFrom()) return;
+  if (cluster.task == 0) return;  // serves no task: not published, whatever it looks like
+  SceneObject object = describeObject(findMembers(cluster.members), scorer_, tasks_.names);
+  if (!isPublished(cluster.task, object, config_)) return;
   object.id = ObjectId{cluster.id};
   objects_.emplace(cluster.id, std::move(object));
 }
 
-SceneObject ObjectLayer::makeObject(const std::vector<std::uint64_t>& members) const {
-  SceneObject object;
-  EmbeddingMean mean;
-  std::vector<Eigen::Vector3f> corners_m;
-  const ObjectPrimitive& first = *primitives_.at(members.front());
-  object.first_seen = first.first_seen;
-  object.last_seen = first.last_seen;
-  for (const std::uint64_t key : members) {
-    const ObjectPrimitive& primitive = *primitives_.at(key);
-    object.primitives.push_back(primitive.id);
-    object.box.extend(primitive.box);
-    const auto box_corners_m = findOrientedBox(primitive).corners();
-    corners_m.insert(corners_m.end(), box_corners_m.begin(), box_corners_m.end());
-    object.position_m += primitive.box.center() / static_cast<double>(members.size());
-    object.first_seen = std::min(object.first_seen, primitive.first_seen);
-    object.last_seen = std::max(object.last_seen, primitive.last_seen);
-    mean.add(primitive.embedding);
-  }
-  object.oriented_box = computeOrientedBox(corners_m);
-  object.embedding = mean.mean();
-  const TaskScore best = findBestTask(object.embedding, scorer_);
-  object.task_index = best.task_index;
-  object.score = best.cosine;
-  if (best.task_index >= 0) object.task = tasks_.names[static_cast<std::size_t>(best.task_index)];
-  return object;
+std::vector<const ObjectPrimitive*> ObjectLayer::findMembers(
+    const std::vector<std::uint64_t>& keys) const {
+  std::vector<const ObjectPrimitive*> members;
+  members.reserve(keys.size());
+  for (const std::uint64_t key : keys) members.push_back(primitives_.at(key).get());
+  return members;
 }
 
 std::vector<ObjectPrimitivePtr> ObjectLayer::primitives() const {

@@ -2,12 +2,13 @@
 #include "task_scene_graph/scene_graph/region_layer.h"
 
 #include <algorithm>
-#include <limits>
+#include <cmath>
 #include <set>
 #include <stdexcept>
 
 #include "task_scene_graph/bottleneck/clustering.h"
 #include "task_scene_graph/config/config.h"
+#include "task_scene_graph/scene_graph/clusters.h"
 #include "task_scene_graph/scene_graph/scoring.h"
 
 namespace tsg::scene_graph {
@@ -39,6 +40,9 @@ void checkPlaces(const PlaceGraph& graph) {
                                   std::to_string(last.value) + ", expected ascending ids from 1");
     }
     last = place.id;
+    if (place.position_m.allFinite() && std::isfinite(place.clearance_m)) continue;
+    throw std::invalid_argument("place graph: place " + std::to_string(place.id.value) +
+                                " has a position or clearance that is not finite");
   }
 }
 
@@ -164,41 +168,21 @@ void RegionLayer::insertEdges(const std::vector<PlaceKeys>& edges, PlaceUpdate& 
 std::vector<Region> RegionLayer::computeRegions() {
   std::vector<Region> regions;
   for (const auto& cluster : clustering_->clusters()) {
-    regions.push_back(makeRegion(cluster.members));
+    std::vector<const Place*> members;
+    for (const std::uint64_t key : cluster.members) members.push_back(findPlace(clustered_, key));
+    regions.push_back(describeRegion(members, scorer_, tasks_.names, config_.place_alpha));
     regions.back().id = RegionId{cluster.id};
   }
   return regions;
 }
 
-Region RegionLayer::makeRegion(const std::vector<std::uint64_t>& members) const {
-  Region region;
-  EmbeddingMean embedding;
-  Eigen::Vector3d mean_m = Eigen::Vector3d::Zero();
-  for (const std::uint64_t key : members) {
-    const Place& place = *findPlace(clustered_, key);
-    region.places.push_back(place.id);
-    embedding.add(place.embedding);
-    mean_m += place.position_m / static_cast<double>(members.size());
+std::vector<RegionCluster> RegionLayer::computeClusters() {
+  std::vector<RegionCluster> clusters;
+  for (const auto& found : clustering_->clusters()) {
+    clusters.push_back({{found.id}, {}});
+    for (const std::uint64_t key : found.members) clusters.back().places.push_back({key});
   }
-  double nearest_m2 = std::numeric_limits<double>::infinity();
-  for (const std::uint64_t key : members) {
-    const Eigen::Vector3d& position_m = findPlace(clustered_, key)->position_m;
-    const double distance_m2 = (position_m - mean_m).squaredNorm();
-    if (distance_m2 >= nearest_m2) continue;
-    nearest_m2 = distance_m2;
-    region.position_m = position_m;
-  }
-  region.embedding = embedding.mean();
-  nameRegion(region);
-  return region;
-}
-
-void RegionLayer::nameRegion(Region& region) const {
-  const TaskScore best = findBestTask(region.embedding, scorer_);
-  region.score = best.cosine;
-  if (best.task_index < 0 || best.cosine < config_.place_alpha) return;
-  region.task_index = best.task_index;
-  region.task = tasks_.names[static_cast<std::size_t>(best.task_index)];
+  return clusters;
 }
 
 CosineSummary RegionLayer::summarizeCosines() const {

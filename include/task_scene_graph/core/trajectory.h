@@ -31,6 +31,9 @@ class Trajectory {
   /// Seconds between the two poses around `stamp`; 0 outside and where there is one at `stamp`.
   double gapAt(Stamp stamp) const;
 
+  /// All poses by stamp in nanoseconds.
+  const std::map<std::int64_t, Pose>& poses() const { return poses_; }
+
   /// Forgets the poses before `stamp`, but keeps the last of them.
   void forgetBefore(Stamp stamp);
 
@@ -43,5 +46,12 @@ class Trajectory {
 /// while they are lost). Stamps keep every nanosecond.
 /// @throws std::runtime_error naming the file, the line and what was expected.
 Trajectory loadTumTrajectory(const std::string& path);
+
+/// Writes a trajectory in that format, whole or not at all (core/files.h); stamps keep every
+/// nanosecond, poses every bit.
+/// @param what  of which frame in which the poses are, for a comment: "T_world_camera"
+/// @throws std::runtime_error naming the path.
+void writeTumTrajectory(const std::string& path, const Trajectory& trajectory,
+                        const std::string& what);
 
 }  // namespace tsg

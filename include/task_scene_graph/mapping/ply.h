@@ -10,7 +10,7 @@
 namespace tsg::mapping {
 
 /// Writes a mesh as binary little-endian PLY: vertices x, y, z (float, metres), red, green, blue
-/// (uchar), faces as lists of int. The file appears under its name only once it is complete.
+/// (uchar), faces as lists of int. Whole or not at all (core/files.h).
 /// @throws std::runtime_error that names the file if it cannot be written;
 /// std::invalid_argument if there is not one colour per vertex.
 void writePly(const std::filesystem::path& path, const Mesh& mesh);

@@ -6,6 +6,8 @@
 #include <string>
 
 #include "task_scene_graph/core/stage_times.h"
+#include "task_scene_graph/core/trajectory.h"
+#include "task_scene_graph/map/map.h"
 #include "task_scene_graph/pipeline/background_fusion.h"
 #include "task_scene_graph/pipeline/object_fusion.h"
 #include "task_scene_graph/scene_graph/builder.h"
@@ -56,12 +58,11 @@ class Pipeline {
   /// @param recorded  segmentation of this frame, or null: the segmenter is asked, if there is one.
   void process(const RgbdFramePtr& frame, const SegmentationPtr& recorded);
 
-  /// Ends all tracks, updates the places and returns the graph. Frames may follow.
-  scene_graph::SceneGraphPtr finish();
+  /// Ends all tracks, updates the places and returns the map. Frames may follow.
+  map::MapPtr finish();
 
-  Mesh extractMesh() { return background_.extractMesh(); }
   /// Null unless mesh_fusion/occupancy/enabled.
-  const mapping::OccupancyMap* occupancy() { return background_.occupancy(); }
+  const mapping::OccupancyMap* occupancy() const { return background_.occupancy(); }
   const StageTimes& times() const { return times_; }
   const ObjectFusion& objects() const { return objects_; }
   const BackgroundFusion& background() const { return background_; }
@@ -72,12 +73,14 @@ class Pipeline {
   SegmentationPtr findSegmentation(const RgbdFrame& frame, const SegmentationPtr& recorded);
   void addTracks(const TrackedFrame& tracked);
   void updatePlaces(bool force);
+  std::vector<mapping::BlockMesh> updateMesh();
 
   std::unique_ptr<segmentation::Segmenter> segmenter_;
   tracking::Tracker tracker_;
   BackgroundFusion background_;
   ObjectFusion objects_;
   scene_graph::SceneGraphBuilder scene_graph_;
+  Trajectory trajectory_;
   StageTimes times_;
   Stamp newest_;
 };

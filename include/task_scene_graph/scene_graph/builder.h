@@ -43,7 +43,13 @@ class SceneGraphBuilder {
 
   /// Adds finished primitives. Bad ones are dropped, counted, and the first of them is explained in
   /// the result's `error`.
-  PrimitiveUpdate addPrimitives(const std::vector<ObjectPrimitivePtr>& primitives);
+  /// @param repeated  kReplace: a primitive takes the place of the one of its id, if there is one;
+  /// its cluster keeps its id where it keeps its members
+  PrimitiveUpdate addPrimitives(const std::vector<ObjectPrimitivePtr>& primitives,
+                                Repeated repeated = Repeated::kDrop);
+
+  /// Takes primitives out; unknown ids are passed over. Returns how many were here. O(primitives).
+  std::size_t erasePrimitives(const std::vector<PrimitiveId>& ids);
 
   /// Replaces the place graph; only what differs from the one before is touched.
   /// @throws std::invalid_argument if `places` is null or is not as PlaceGraph says (order of ids,
@@ -51,9 +57,18 @@ class SceneGraphBuilder {
   PlaceUpdate setPlaces(const PlaceGraphPtr& places);
 
   /// The graph of everything given so far; the same pointer as before if nothing has changed.
-  /// The objects cost what changed plus O(objects * (D + places)), the regions O(places * D * place
-  /// tasks), if anything has changed.
+  /// The objects cost what changed plus O(objects * D) and the search of PointIndex, the regions
+  /// O(places * D * place tasks), if anything has changed.
   SceneGraphPtr snapshot();
+
+  /// What was given, and how it is clustered now: of this the snapshot is made, see map::makeMap().
+  const std::string& worldFrame() const { return world_frame_; }
+  const TaskList& objectTasks() const { return objects_->tasks(); }
+  const TaskList& placeTasks() const { return regions_->tasks(); }
+  std::vector<ObjectPrimitivePtr> primitives() const { return objects_->primitives(); }
+  const PlaceGraphPtr& places() const { return regions_->places(); }
+  std::vector<ObjectCluster> computeObjectClusters() { return objects_->computeClusters(); }
+  std::vector<RegionCluster> computeRegionClusters() { return regions_->computeClusters(); }
 
   /// Best cosines of all primitives to the object tasks, of all places to the place tasks. Not
   /// cached: O(primitives * tasks * D), 30 ms for 1500 primitives, 50 tasks and D = 768.

@@ -9,6 +9,7 @@
 
 #include "task_scene_graph/bottleneck/relevance.h"
 #include "task_scene_graph/core/primitives.h"
+#include "task_scene_graph/scene_graph/clusters.h"
 #include "task_scene_graph/scene_graph/config.h"
 #include "task_scene_graph/scene_graph/scene_graph.h"
 #include "task_scene_graph/scene_graph/scoring.h"
@@ -26,10 +27,14 @@ struct PrimitiveCounters {
   std::size_t clustered = 0;          ///< added, with an embedding
   std::size_t without_embedding = 0;  ///< added as pure geometry: in the graph, in no object
   std::size_t repeated = 0;           ///< dropped: a primitive of that id is here already
+  std::size_t replaced = 0;           ///< added in the place of the one of that id
   std::size_t rejected = 0;  ///< dropped: embedding of another size or not finite, or no box
 
   PrimitiveCounters& operator+=(const PrimitiveCounters& other);
 };
+
+/// What is done with a primitive whose id is here already.
+enum class Repeated { kDrop, kReplace };
 
 struct PrimitiveUpdate {
   PrimitiveCounters counters;  ///< of this call
@@ -45,14 +50,17 @@ class ObjectLayer {
   /// @throws config::ConfigError as SceneGraphBuilder::setObjectTasks
   void setTasks(const TaskList& tasks);
   void setConfig(const SceneGraphConfig& config);
-  PrimitiveUpdate add(const std::vector<ObjectPrimitivePtr>& primitives);
+  PrimitiveUpdate add(const std::vector<ObjectPrimitivePtr>& primitives,
+                      Repeated repeated = Repeated::kDrop);
 
-  /// The objects of now. Only clusters that changed are described anew. An object is published if
-  /// its cluster's most probable task is not the null task, and the cosine of its mean embedding to
-  /// its best task reaches SceneGraphConfig::publishedFrom(). Task and score are those of the mean
-  /// embedding; where its primitives disagree that may not be the cluster's most probable task.
-  /// Ascending by id, without places. O(changed clusters * D + objects * D).
+  /// Takes primitives out; unknown ids are passed over. Returns how many were here. O(primitives).
+  std::size_t erase(const std::vector<PrimitiveId>& ids);
+
+  /// The published objects of now, see isPublished(); ascending by id, without places. Only
+  /// clusters that changed are described anew. O(changed clusters * D + objects * D).
   std::vector<SceneObject> computeObjects();
+  /// All clusters of now, ascending by id. O(primitives).
+  std::vector<ObjectCluster> computeClusters();
 
   std::vector<ObjectPrimitivePtr> primitives() const;  ///< ascending by id
   CosineSummary summarizeCosines() const;              ///< of the primitives to the tasks
@@ -61,10 +69,12 @@ class ObjectLayer {
   Stamp newest() const { return newest_; }  ///< latest last_seen of all primitives
 
  private:
-  void addOne(const ObjectPrimitivePtr& primitive, PrimitiveUpdate& update);
+  void addOne(const ObjectPrimitivePtr& primitive, Repeated repeated, PrimitiveUpdate& update);
+  void cluster(const ObjectPrimitive& primitive);
   std::string findFault(const ObjectPrimitive& primitive) const;
+  void updateObjects();
   void updateObject(const bottleneck::Cluster& cluster);
-  SceneObject makeObject(const std::vector<std::uint64_t>& members) const;
+  std::vector<const ObjectPrimitive*> findMembers(const std::vector<std::uint64_t>& keys) const;
 
   SceneGraphConfig config_;
   TaskList tasks_;

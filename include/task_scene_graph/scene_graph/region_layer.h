@@ -10,6 +10,7 @@
 
 #include "task_scene_graph/bottleneck/relevance.h"
 #include "task_scene_graph/core/primitives.h"
+#include "task_scene_graph/scene_graph/clusters.h"
 #include "task_scene_graph/scene_graph/config.h"
 #include "task_scene_graph/scene_graph/scene_graph.h"
 #include "task_scene_graph/scene_graph/scoring.h"
@@ -47,6 +48,8 @@ class RegionLayer {
 
   /// Clusters what changed. Ascending by id.
   std::vector<Region> computeRegions();
+  /// The same as clusters only. O(places).
+  std::vector<RegionCluster> computeClusters();
 
   const PlaceGraphPtr& places() const { return places_; }  ///< never null
   CosineSummary summarizeCosines() const;                  ///< of the places to the tasks
@@ -60,8 +63,6 @@ class RegionLayer {
   void eraseEdges(const std::vector<PlaceKeys>& edges, PlaceUpdate& update);
   void replacePlaces(const std::vector<const Place*>& usable, PlaceUpdate& update);
   void insertEdges(const std::vector<PlaceKeys>& edges, PlaceUpdate& update);
-  Region makeRegion(const std::vector<std::uint64_t>& members) const;
-  void nameRegion(Region& region) const;
 
   SceneGraphConfig config_;
   TaskList tasks_;

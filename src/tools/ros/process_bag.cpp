@@ -18,7 +18,7 @@
 #include "../command_line.h"
 #include "input_options.h"
 #include "task_scene_graph/core/files.h"
-#include "task_scene_graph/pipeline/map_files.h"
+#include "task_scene_graph/map/files.h"
 #include "task_scene_graph/pipeline/pipeline.h"
 #include "task_scene_graph/plausibility/embedding_checks.h"
 #include "task_scene_graph/ros/input_plausibility_report.h"
@@ -247,19 +247,13 @@ std::vector<config::YamlLine> describeRun(const Arguments& arguments, const std:
 }
 
 std::vector<WrittenFile> writeFiles(const Arguments& arguments, const nodelets::ChainConfig& chain,
-                                    const std::string& model_set, pipeline::Pipeline& pipeline,
-                                    const scene_graph::SceneGraph& graph) {
+                                    const std::string& model_set,
+                                    const pipeline::Pipeline& pipeline, map::Map map) {
   const fs::path& output = chain.scene_graph.config.output;
-  std::vector<WrittenFile> files = pipeline::writeGraphFiles(output, graph);
-  const auto& background = chain.mesh_fusion.config.background_fusion.background;
-  files.push_back(pipeline::writeMeshFile(output, pipeline.extractMesh(), graph.primitives,
-                                          scene_graph::computeObjectOfPrimitives(graph),
-                                          background.tsdf.voxel_size_m, graph.world_frame));
-  for (auto& file : pipeline::writeOccupancyFiles(output, pipeline.occupancy())) {
-    files.push_back(std::move(file));
-  }
-  files.push_back(pipeline::writeSettingsFile(output, describeRun(arguments, model_set),
-                                              nodelets::listSettings(chain)));
+  map.setSettings({model_set, map.settings().scene_graph, nodelets::listSettings(chain),
+                   describeRun(arguments, model_set)});
+  std::vector<WrittenFile> files = map::writeOccupancyFiles(output, pipeline.occupancy());
+  for (auto& file : map::writeMap(output, map)) files.push_back(std::move(file));
   return files;
 }
 
@@ -289,24 +283,25 @@ void run(const Arguments& arguments) {
                              " colour images could be used:" + describeDrops(bag));
   }
 
-  const scene_graph::SceneGraphPtr graph = pipeline.finish();
-  findings.print(pipeline, *graph, config.tracker);
+  const map::MapPtr map = pipeline.finish();
+  const scene_graph::SceneGraph graph = map::computeSceneGraph(*map);
+  findings.print(pipeline, graph, config.tracker);
   std::vector<WrittenFile> files =
-      writeFiles(arguments, chain, models ? models->name : "", pipeline, *graph);
+      writeFiles(arguments, chain, models ? models->name : "", pipeline, *map);
   const fs::path& output = scene_graph_config.output;
   writeTiming(output / "timing.json", pipeline, bag);
   files.push_back({"timing.json", ""});
   for (const auto& [reason, drops] : bag.drops()) {
     std::cerr << "dropped " << drops.count << " (" << reason << "): " << drops.example << "\n";
   }
-  if (graph->places->places.empty()) {
+  if (graph.places->places.empty()) {
     std::cerr << "no places: no floor to walk on was seen; where the world's z is not up (see"
                  " dataset_to_bag --world-up) or the camera sees no floor, set"
                  " mesh_fusion/places/free_space: volume\n";
   }
-  std::cout << num_frames << " frames, " << graph->primitives.size() << " object primitives, "
-            << graph->objects.size() << " objects, " << graph->places->places.size() << " places, "
-            << graph->regions.size() << " regions\n"
+  std::cout << num_frames << " frames, " << graph.primitives.size() << " object primitives, "
+            << graph.objects.size() << " objects, " << graph.places->places.size() << " places, "
+            << graph.regions.size() << " regions\n"
             << describeWritten(output, files) << "\n";
 }
 

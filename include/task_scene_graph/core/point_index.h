@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace tsg::bottleneck {
+namespace tsg {
 
 /// Which of many points lies nearest to a given one, without looking at all of them.
 class PointIndex {
@@ -25,4 +25,4 @@ class PointIndex {
   std::vector<std::size_t> by_x_;
 };
 
-}  // namespace tsg::bottleneck
+}  // namespace tsg

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "task_scene_graph/bottleneck/point_index.h"
+#include "task_scene_graph/core/point_index.h"
 
 #include <algorithm>
 #include <iterator>
@@ -7,7 +7,7 @@
 #include <numeric>
 #include <utility>
 
-namespace tsg::bottleneck {
+namespace tsg {
 
 PointIndex::PointIndex(std::vector<Eigen::Vector3d> points_m)
     : points_m_(std::move(points_m)), by_x_(points_m_.size()) {
@@ -39,4 +39,4 @@ std::size_t PointIndex::findNearest(const Eigen::Vector3d& query_m) const {
   return best.second;
 }
 
-}  // namespace tsg::bottleneck
+}  // namespace tsg

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "task_scene_graph/bottleneck/point_index.h"
+#include "task_scene_graph/core/point_index.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-namespace tsg::bottleneck {
+namespace tsg {
 namespace {
 
 using Points = std::vector<Eigen::Vector3d>;
@@ -63,4 +63,4 @@ TEST(PointIndex, KnowsWhetherItIsEmpty) {
 }
 
 }  // namespace
-}  // namespace tsg::bottleneck
+}  // namespace tsg
