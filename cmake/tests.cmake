@@ -2,7 +2,7 @@
 find_package(rostest REQUIRED)
 file(GLOB TSG_SUPPORT_SOURCES CONFIGURE_DEPENDS test/support/*.cpp)
 add_library(tsg_test_support STATIC EXCLUDE_FROM_ALL ${TSG_SUPPORT_SOURCES})
-target_include_directories(tsg_test_support PUBLIC test/support)
+target_include_directories(tsg_test_support PUBLIC test/support src)
 target_compile_definitions(tsg_test_support PUBLIC TSG_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}")
 target_link_libraries(tsg_test_support
   PUBLIC tsg_core nlohmann_json::nlohmann_json ZLIB::ZLIB ${OCTOMAP_LIBRARIES}

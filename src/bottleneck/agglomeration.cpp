@@ -43,22 +43,12 @@ Agglomeration::Agglomeration(const AgglomerationProblem& problem)
   }
 }
 
-void Agglomeration::priceAllEdges(const AgglomerationProblem& problem) {
-  for (const auto& [a, b] : problem.edges) connect(a, b);
-}
-
 Index Agglomeration::findRoot(Index node) {
   while (parents_[node] != node) {
     parents_[node] = parents_[parents_[node]];
     node = parents_[node];
   }
   return node;
-}
-
-double Agglomeration::price(Index u, Index v) const {
-  const Index a = std::min(u, v);  // one order, one rounding
-  const Index b = std::max(u, v);
-  return computeMergeCost(masses_[a], counts_[a], masses_[b], counts_[b]);
 }
 
 bool Agglomeration::isOutdated(const Candidate& c) const {
@@ -80,7 +70,9 @@ void Agglomeration::pushCandidate(Index u, Index v, double cost, bool is_equal) 
 
 // Prices an edge of a cluster that has just come to be.
 void Agglomeration::connect(Index u, Index v) {
-  const double cost = price(u, v);
+  const Index a = std::min(u, v);  // one order, one rounding
+  const Index b = std::max(u, v);
+  const double cost = computeMergeCost(masses_[a], counts_[a], masses_[b], counts_[b]);  // Eq. 2
   const Index hub_u = hub_of_[u];
   const Index hub_v = hub_of_[v];
   if (hub_u == kNoHub && hub_v == kNoHub) {
@@ -122,7 +114,9 @@ void Agglomeration::activateLowest(Index hub) {
   const bool is_void = versions_[v] != edge.version || activations_[v] == h.state;
   if (!is_void) {
     activations_[v] = h.state;
-    const double cost = price(u, v);
+    const Index a = std::min(u, v);  // one order, one rounding
+    const Index b = std::max(u, v);
+    const double cost = computeMergeCost(masses_[a], counts_[a], masses_[b], counts_[b]);  // Eq. 2
     const bool is_equal = isSameDistribution(masses_[u], counts_[u], masses_[v], counts_[v]);
     pushCandidate(u, v, is_equal ? 0.0 : cost, is_equal);
     (is_equal ? h.equals : h.active).push_back(h.price(cost, v, edge.version, counts_[v]));
@@ -270,7 +264,7 @@ std::vector<Index> Agglomeration::listNeighbours(Index cluster) {
 
 MergeTape agglomerate(const AgglomerationProblem& problem) {
   Agglomeration agglomeration(problem);
-  agglomeration.priceAllEdges(problem);
+  for (const auto& [a, b] : problem.edges) agglomeration.connect(a, b);
   return agglomeration.run();
 }
 

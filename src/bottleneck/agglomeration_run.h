@@ -6,8 +6,8 @@
 #include <tuple>
 #include <vector>
 
+#include "agglomeration.h"
 #include "hub.h"
-#include "task_scene_graph/bottleneck/agglomeration.h"
 
 namespace tsg::bottleneck {
 
@@ -106,13 +106,12 @@ bool isSameDistribution(const SparseMasses& a, double count_a, const SparseMasse
 class Agglomeration {
  public:
   explicit Agglomeration(const AgglomerationProblem& problem);
-  void priceAllEdges(const AgglomerationProblem& problem);
+  /// Prices an edge of a cluster that has just come to be.
+  void connect(Index u, Index v);
   MergeTape run();
 
  protected:
   Index findRoot(Index node);
-  double price(Index u, Index v) const;
-  void connect(Index u, Index v);
   void pushCandidate(Index u, Index v, double cost, bool is_equal);
   bool isOutdated(const Candidate& c) const;
   bool isOutdated(const HubBound& bound) const;

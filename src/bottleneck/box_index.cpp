@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "task_scene_graph/bottleneck/box_index.h"
+#include "box_index.h"
 
 #include <algorithm>
 #include <boost/geometry.hpp>

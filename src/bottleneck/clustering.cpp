@@ -1,41 +1,96 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "task_scene_graph/bottleneck/clustering.h"
 
-#include "engine.h"
+#include <stdexcept>
+#include <utility>
+
+#include "clustering_state.h"
+#include "task_scene_graph/config/config.h"
 
 namespace tsg::bottleneck {
 
+void ClusteringState::checkDimension(const Embedding& embedding, NodeKey key) const {
+  checkEmbedding(embedding, describeKey(key));
+  const Eigen::Index expected = scorer_.numTasks() > 0 ? scorer_.dimension()
+                                : graph_.size() > 0    ? dimension_
+                                                       : embedding.size();
+  if (embedding.size() == expected) return;
+  throw std::invalid_argument("the embedding of " + describeKey(key) + " has dimension " +
+                              std::to_string(embedding.size()) + "; expected " +
+                              std::to_string(expected) +
+                              (scorer_.numTasks() > 0 ? " as the tasks" : " as the others"));
+}
+
 IncrementalClustering::IncrementalClustering(const ClusteringConfig& config, Adjacency adjacency)
-    : engine_(std::make_unique<ClusteringEngine>(config, adjacency)) {}
+    : state_(std::make_unique<ClusteringState>(config, adjacency)) {}
 IncrementalClustering::~IncrementalClustering() = default;
 IncrementalClustering::IncrementalClustering(IncrementalClustering&&) noexcept = default;
 IncrementalClustering& IncrementalClustering::operator=(IncrementalClustering&&) noexcept = default;
 
-void IncrementalClustering::setTasks(const EmbeddingMatrix& tasks) { engine_->setTasks(tasks); }
+void IncrementalClustering::setTasks(const EmbeddingMatrix& tasks) {
+  TaskScorer scorer(tasks);
+  if (state_->graph_.size() > 0 && scorer.numTasks() > 0 &&
+      scorer.dimension() != state_->dimension_) {
+    throw std::invalid_argument("the task embeddings have dimension " +
+                                std::to_string(scorer.dimension()) + ", those of the primitives " +
+                                std::to_string(state_->dimension_) + "; expected the same");
+  }
+  state_->scorer_ = std::move(scorer);
+  for (const Slot slot : state_->allSlots()) state_->markScoresPending(slot);
+  state_->is_cut_stale_ = true;
+}
 
 void IncrementalClustering::insert(NodeKey key, const Embedding& embedding, const Aabb& box) {
-  engine_->insert(key, embedding, box);
+  state_->checkDimension(embedding, key);
+  state_->markScoresPending(state_->graph_.insert(key, embedding, box));
+  state_->dimension_ = embedding.size();
+  state_->is_cut_stale_ = true;
 }
 
 void IncrementalClustering::update(NodeKey key, const Embedding& embedding, const Aabb& box) {
-  engine_->update(key, embedding, box);
+  const Slot slot = state_->graph_.find(key);
+  state_->checkDimension(embedding, key);
+  if (state_->graph_.update(slot, embedding, box)) state_->markScoresPending(slot);
 }
 
-void IncrementalClustering::erase(NodeKey key) { engine_->erase(key); }
+void IncrementalClustering::erase(NodeKey key) {
+  const Slot slot = state_->graph_.find(key);
+  if (!state_->graph_[slot].relevance.empty())
+    state_->information_.remove(state_->graph_[slot].relevance);
+  state_->graph_.erase(slot);
+  state_->registry_.forget(slot);
+  state_->is_cut_stale_ = true;
+}
 
-bool IncrementalClustering::contains(NodeKey key) const { return engine_->graph().contains(key); }
+bool IncrementalClustering::insertEdge(NodeKey a, NodeKey b) {
+  if (state_->graph_.adjacency() == Adjacency::kGiven) {
+    return state_->graph_.insertEdge(state_->graph_.find(a), state_->graph_.find(b));
+  }
+  throw std::logic_error("edges follow from the boxes here; expected Adjacency::kGiven");
+}
 
-std::size_t IncrementalClustering::size() const { return engine_->graph().size(); }
-
-bool IncrementalClustering::insertEdge(NodeKey a, NodeKey b) { return engine_->insertEdge(a, b); }
-
-bool IncrementalClustering::eraseEdge(NodeKey a, NodeKey b) { return engine_->eraseEdge(a, b); }
-
-const ClusteringConfig& IncrementalClustering::config() const { return engine_->config(); }
+bool IncrementalClustering::eraseEdge(NodeKey a, NodeKey b) {
+  if (state_->graph_.adjacency() == Adjacency::kGiven) {
+    return state_->graph_.eraseEdge(state_->graph_.find(a), state_->graph_.find(b));
+  }
+  throw std::logic_error("edges follow from the boxes here; expected Adjacency::kGiven");
+}
 
 void IncrementalClustering::setConfig(const ClusteringConfig& config) {
-  engine_->setConfig(config);
+  config::validate(config, "clustering");
+  state_->is_relevance_stale_ |= config.alpha != state_->config_.alpha ||
+                                 config.top_k != state_->config_.top_k ||
+                                 config.prune_null != state_->config_.prune_null ||
+                                 config.cumulative != state_->config_.cumulative;
+  state_->is_cut_stale_ = true;
+  state_->config_ = config;
 }
+
+bool IncrementalClustering::contains(NodeKey key) const { return state_->graph_.contains(key); }
+
+std::size_t IncrementalClustering::size() const { return state_->graph_.size(); }
+
+const ClusteringConfig& IncrementalClustering::config() const { return state_->config_; }
 
 void IncrementalClustering::setAlpha(double alpha) {
   ClusteringConfig changed = config();
@@ -53,64 +108,6 @@ void IncrementalClustering::setTopK(int top_k) {
   ClusteringConfig changed = config();
   changed.top_k = top_k;
   setConfig(changed);
-}
-
-ClusteringUpdate IncrementalClustering::applyChanges() {
-  engine_->apply();
-  return engine_->takeUpdate();
-}
-
-std::vector<Cluster> IncrementalClustering::clusters() {
-  engine_->apply();
-  return engine_->makeClusters();
-}
-
-std::uint64_t IncrementalClustering::clusterOf(NodeKey key) {
-  const Slot slot = engine_->graph().find(key);
-  engine_->apply();
-  return engine_->registry()[engine_->registry().clusterOf(slot)].id;
-}
-
-const std::vector<double>& IncrementalClustering::scores(NodeKey key) {
-  const Slot slot = engine_->graph().find(key);
-  engine_->apply();
-  return engine_->graph()[slot].scores;
-}
-
-const SparseMasses& IncrementalClustering::relevance(NodeKey key) {
-  const Slot slot = engine_->graph().find(key);
-  engine_->apply();
-  return engine_->graph()[slot].relevance;
-}
-
-double IncrementalClustering::information() {
-  engine_->apply();
-  return size() == 0 ? 0.0 : engine_->totalBits() / static_cast<double>(size());
-}
-
-std::vector<Merge> IncrementalClustering::mergeSequence() {
-  engine_->apply();
-  return engine_->makeMergeSequence();
-}
-
-ClusterExplanation IncrementalClustering::explainCluster(std::uint64_t id) {
-  engine_->apply();
-  return engine_->explainCluster(id);
-}
-
-PairExplanation IncrementalClustering::explainPair(NodeKey a, NodeKey b) {
-  engine_->apply();
-  return engine_->explainPair(a, b);
-}
-
-PrimitiveExplanation IncrementalClustering::explainPrimitive(NodeKey key) {
-  engine_->apply();
-  return engine_->explainPrimitive(key);
-}
-
-ClusteringStatistics IncrementalClustering::statistics() {
-  engine_->apply();
-  return engine_->computeStatistics();
 }
 
 }  // namespace tsg::bottleneck

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "task_scene_graph/bottleneck/component_set.h"
+#include "component_set.h"
 
 #include <algorithm>
 #include <numeric>

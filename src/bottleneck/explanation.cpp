@@ -4,7 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine.h"
+#include "clustering_state.h"
+#include "task_scene_graph/bottleneck/clustering.h"
 
 namespace tsg::bottleneck {
 namespace {
@@ -18,10 +19,10 @@ int findBestTask(const SparseMasses& masses) {
 // Replays the merges of one component.
 class Replay {
  public:
-  Replay(const ClusteringEngine& engine, ComponentIndex index)
-      : engine_(engine), component_(engine.components()[index]), rule_(engine.rule()) {
+  Replay(const ClusteringState& state, ComponentIndex index)
+      : state_(state), component_(state.components()[index]), rule_(state.rule()) {
     for (const Slot slot : component_.nodes) {
-      masses_.push_back(engine.graph()[slot].relevance);
+      masses_.push_back(state.graph()[slot].relevance);
       parents_.push_back(static_cast<std::uint32_t>(parents_.size()));
     }
   }
@@ -38,7 +39,7 @@ class Replay {
     merge.a = keyOf(step.a);
     merge.b = keyOf(step.b);
     merge.d =
-        static_cast<double>(step.cost) * kCostUnit / static_cast<double>(engine_.graph().size());
+        static_cast<double>(step.cost) * kCostUnit / static_cast<double>(state_.graph().size());
     merge.delta = rule_.computeDelta(step.cost);
     merge.before_a = toDistribution(masses_[step.a]);
     merge.before_b = toDistribution(masses_[step.b]);
@@ -62,14 +63,14 @@ class Replay {
   std::uint32_t indexOf(NodeKey key) const {
     const auto place = std::lower_bound(
         component_.nodes.begin(), component_.nodes.end(), key,
-        [this](Slot slot, NodeKey value) { return engine_.graph()[slot].key < value; });
+        [this](Slot slot, NodeKey value) { return state_.graph()[slot].key < value; });
     return static_cast<std::uint32_t>(place - component_.nodes.begin());
   }
 
  private:
-  NodeKey keyOf(std::uint32_t node) const { return engine_.graph()[component_.nodes[node]].key; }
+  NodeKey keyOf(std::uint32_t node) const { return state_.graph()[component_.nodes[node]].key; }
 
-  const ClusteringEngine& engine_;
+  const ClusteringState& state_;
   const Component& component_;
   MergeRule rule_;
   std::vector<SparseMasses> masses_;
@@ -77,12 +78,12 @@ class Replay {
   std::size_t position_ = 0;
 };
 
-double computeClusterEntropy(const ClusteringEngine& engine) {
-  const double total = static_cast<double>(engine.graph().size());
+double computeClusterEntropy(const ClusteringState& state) {
+  const double total = static_cast<double>(state.graph().size());
   double bits = 0.0;
-  for (ComponentIndex index = 0; index < engine.components().tableSize(); ++index) {
-    for (const std::uint32_t entry : engine.components()[index].clusters) {
-      const double share = engine.registry()[entry].size / total;
+  for (ComponentIndex index = 0; index < state.components().tableSize(); ++index) {
+    for (const std::uint32_t entry : state.components()[index].clusters) {
+      const double share = state.registry()[entry].size / total;
       bits -= share * std::log2(share);
     }
   }
@@ -91,37 +92,41 @@ double computeClusterEntropy(const ClusteringEngine& engine) {
 
 }  // namespace
 
-ClusterExplanation ClusteringEngine::explainCluster(std::uint64_t id) const {
-  const ClusterRegistry::Entry& entry = registry_.find(id);
-  const Component& component = components_[entry.component];
+ClusterExplanation IncrementalClustering::explainCluster(std::uint64_t id) {
+  state_->apply();
+  const ClusterRegistry::Entry& entry = state_->registry_.find(id);
+  const Component& component = state_->components_[entry.component];
   const std::uint32_t index = component.clusters[entry.label];
   ClusterExplanation explanation;
   explanation.id = id;
-  explanation.threshold = rule().threshold();
-  Replay replay(*this, entry.component);
+  explanation.threshold = state_->rule().threshold();
+  Replay replay(*state_, entry.component);
   for (; !replay.isAtCut(); replay.advance()) {
     const Slot slot = component.nodes[replay.next().a];
-    if (registry_.clusterOf(slot) == index) explanation.merges.push_back(replay.explainNext());
+    if (state_->registry_.clusterOf(slot) == index)
+      explanation.merges.push_back(replay.explainNext());
   }
   if (!replay.isAtEnd()) explanation.stop = replay.explainNext();
   SparseMasses masses;
   for (const Slot slot : component.nodes) {
-    if (registry_.clusterOf(slot) == index) masses = addMasses(masses, graph_[slot].relevance);
+    if (state_->registry_.clusterOf(slot) == index)
+      masses = addMasses(masses, state_->graph_[slot].relevance);
   }
   explanation.task = findBestTask(masses);
   return explanation;
 }
 
-PairExplanation ClusteringEngine::explainPair(NodeKey a, NodeKey b) const {
-  const Slot x = graph_.find(a);
-  const Slot z = graph_.find(b);
+PairExplanation IncrementalClustering::explainPair(NodeKey a, NodeKey b) {
+  state_->apply();
+  const Slot x = state_->graph_.find(a);
+  const Slot z = state_->graph_.find(b);
   PairExplanation explanation;
-  explanation.threshold = rule().threshold();
-  if (graph_[x].component != graph_[z].component) return explanation;
-  const bool is_together = registry_.clusterOf(x) == registry_.clusterOf(z);
+  explanation.threshold = state_->rule().threshold();
+  if (state_->graph_[x].component != state_->graph_[z].component) return explanation;
+  const bool is_together = state_->registry_.clusterOf(x) == state_->registry_.clusterOf(z);
   explanation.verdict =
       is_together ? PairExplanation::Verdict::kTogether : PairExplanation::Verdict::kApart;
-  Replay replay(*this, graph_[x].component);
+  Replay replay(*state_, state_->graph_[x].component);
   const std::uint32_t node_a = replay.indexOf(a);
   const std::uint32_t node_b = replay.indexOf(b);
   for (; !replay.isAtEnd(); replay.advance()) {
@@ -136,13 +141,14 @@ PairExplanation ClusteringEngine::explainPair(NodeKey a, NodeKey b) const {
   return explanation;
 }
 
-PrimitiveExplanation ClusteringEngine::explainPrimitive(NodeKey key) const {
-  const PrimitiveGraph::Primitive& primitive = graph_[graph_.find(key)];
+PrimitiveExplanation IncrementalClustering::explainPrimitive(NodeKey key) {
+  state_->apply();
+  const PrimitiveGraph::Primitive& primitive = state_->graph_[state_->graph_.find(key)];
   PrimitiveExplanation explanation;
   explanation.key = key;
   explanation.scores = primitive.scores;
-  explanation.alpha = config_.alpha;
-  explanation.is_pruned = isPruned(primitive.scores, config_);
+  explanation.alpha = state_->config_.alpha;
+  explanation.is_pruned = isPruned(primitive.scores, state_->config_);
   explanation.relevance = primitive.relevance;
   if (primitive.scores.empty()) return explanation;
   const auto best = std::max_element(primitive.scores.begin(), primitive.scores.end());
@@ -151,25 +157,26 @@ PrimitiveExplanation ClusteringEngine::explainPrimitive(NodeKey key) const {
   return explanation;
 }
 
-ClusteringStatistics ClusteringEngine::computeStatistics() const {
-  ClusteringStatistics statistics = times_;
-  statistics.num_primitives = graph_.size();
-  statistics.num_tasks = static_cast<std::size_t>(scorer_.numTasks());
-  statistics.num_components = components_.size();
-  statistics.num_clusters = registry_.size();
-  for (const Slot slot : allSlots()) {
-    if (isPruned(graph_[slot].scores, config_)) ++statistics.num_pruned;
+ClusteringStatistics IncrementalClustering::statistics() {
+  state_->apply();
+  ClusteringStatistics statistics = state_->times_;
+  statistics.num_primitives = state_->graph_.size();
+  statistics.num_tasks = static_cast<std::size_t>(state_->scorer_.numTasks());
+  statistics.num_components = state_->components_.size();
+  statistics.num_clusters = state_->registry_.size();
+  for (const Slot slot : state_->allSlots()) {
+    if (isPruned(state_->graph_[slot].scores, state_->config_)) ++statistics.num_pruned;
   }
-  if (graph_.size() == 0) return statistics;
-  const double count = static_cast<double>(graph_.size());
-  statistics.information_bits = totalBits() / count;
+  if (state_->graph_.size() == 0) return statistics;
+  const double count = static_cast<double>(state_->graph_.size());
+  statistics.information_bits = state_->totalBits() / count;
   statistics.kept_bits = statistics.information_bits;
-  for (const Merge& merge : makeMergeSequence()) {
+  for (const Merge& merge : mergeSequence()) {
     statistics.kept_bits -= merge.d;
     statistics.deltas.push_back(merge.delta);
   }
-  statistics.compression_bits = computeClusterEntropy(*this);
-  statistics.compression_ratio = count / static_cast<double>(registry_.size());
+  statistics.compression_bits = computeClusterEntropy(*state_);
+  statistics.compression_ratio = count / static_cast<double>(state_->registry_.size());
   return statistics;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "task_scene_graph/bottleneck/primitive_graph.h"
+#include "primitive_graph.h"
 
 #include <algorithm>
 #include <iterator>

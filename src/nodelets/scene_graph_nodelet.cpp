@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <std_srvs/Trigger.h>
-#include <task_scene_graph/SceneGraphConfig.h>
+#include <task_scene_graph/SceneGraphTuningConfig.h>
 #include <visualization_msgs/MarkerArray.h>
 
 #include <filesystem>
@@ -29,7 +29,7 @@
 
 namespace tsg::nodelets {
 
-using Tunables = ::task_scene_graph::SceneGraphConfig;  // generated from cfg/SceneGraph.cfg
+using Tunables = ::task_scene_graph::SceneGraphTuningConfig;  // from cfg/SceneGraphTuning.cfg
 
 /// Copies the parameters that may be changed while running.
 template <typename From, typename To>

@@ -125,7 +125,12 @@ std::string ObjectLayer::findFault(const ObjectPrimitive& primitive) const {
 }
 
 std::vector<SceneObject> ObjectLayer::computeObjects() {
-  updateObjects();
+  const bottleneck::ClusteringUpdate update = clustering_->applyChanges();
+  for (const std::uint64_t id : update.removed) objects_.erase(id);
+  const bool are_all_stale = std::exchange(are_scores_stale_, false);
+  for (const auto& cluster : are_all_stale ? clustering_->clusters() : update.changed) {
+    updateObject(cluster);
+  }
   std::vector<SceneObject> objects;
   objects.reserve(objects_.size());
   for (const auto& entry : objects_) objects.push_back(entry.second);
@@ -133,22 +138,13 @@ std::vector<SceneObject> ObjectLayer::computeObjects() {
 }
 
 std::vector<ObjectCluster> ObjectLayer::computeClusters() {
-  updateObjects();  // clusters() forgets what has changed
+  computeObjects();  // what has changed: clusters() forgets it
   std::vector<ObjectCluster> clusters;
   for (const auto& found : clustering_->clusters()) {
     clusters.push_back({{found.id}, found.task, {}});
     for (const std::uint64_t key : found.members) clusters.back().primitives.push_back({key});
   }
   return clusters;
-}
-
-void ObjectLayer::updateObjects() {
-  const bottleneck::ClusteringUpdate update = clustering_->applyChanges();
-  for (const std::uint64_t id : update.removed) objects_.erase(id);
-  const bool are_all_stale = std::exchange(are_scores_stale_, false);
-  for (const auto& cluster : are_all_stale ? clustering_->clusters() : update.changed) {
-    updateObject(cluster);
-  }
 }
 
 void ObjectLayer::updateObject(const bottleneck::Cluster& cluster) {

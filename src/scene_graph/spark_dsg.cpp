@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "json_stream.h"
+#include "spark_dsg_format.h"
 #include "task_scene_graph/core/files.h"
 #include "task_scene_graph/scene_graph/files.h"
 
@@ -14,22 +15,17 @@
 namespace tsg::scene_graph {
 namespace {
 
-/// Single precision: embeddings keep every bit in half the characters that doubles take.
-using Json = nlohmann::basic_json<std::map, std::vector, std::string, bool, std::int64_t,
-                                  std::uint64_t, float>;
+using Json = nlohmann::json;
 
 constexpr int kSegments = 1;
 constexpr int kObjects = 2;
 constexpr int kPlaces = 3;
 constexpr int kRooms = 4;
 
-std::uint64_t toNodeId(char prefix, std::uint64_t index) {
-  return (static_cast<std::uint64_t>(prefix) << 56U) | index;
-}
-std::uint64_t toNodeId(PrimitiveId id) { return toNodeId('s', id.value); }
-std::uint64_t toNodeId(ObjectId id) { return toNodeId('O', id.value); }
-std::uint64_t toNodeId(PlaceId id) { return toNodeId('p', id.value); }
-std::uint64_t toNodeId(RegionId id) { return toNodeId('l', id.value); }
+std::uint64_t toNodeId(PrimitiveId id) { return makeNodeId('s', id.value); }
+std::uint64_t toNodeId(ObjectId id) { return makeNodeId('O', id.value); }
+std::uint64_t toNodeId(PlaceId id) { return makeNodeId('p', id.value); }
+std::uint64_t toNodeId(RegionId id) { return makeNodeId('l', id.value); }
 
 Json toJson(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 Json toJson(Stamp stamp) { return static_cast<std::uint64_t>(std::max<std::int64_t>(0, stamp.ns)); }
@@ -48,17 +44,8 @@ Json toJson(const OrientedBox& box) {
       {"center_m", toJson(box.center_m)}, {"size_m", toJson(box.size_m)}, {"yaw_rad", box.yaw_rad}};
 }
 
-/// A column vector.
-Json toJson(const Embedding& embedding) {
-  return {{"rows", embedding.size()},
-          {"cols", 1},
-          {"data", std::vector<float>(embedding.data(), embedding.data() + embedding.size())}};
-}
-
 /// Coordinates to the tenth of a millimetre: meshes are large.
-float roundCoordinate(double value_m) {
-  return static_cast<float>(std::round(value_m * 1e4) / 1e4);
-}
+double roundCoordinate(double value_m) { return std::round(value_m * 1e4) / 1e4; }
 
 /// Vertices relative to the centre of the node's box, as that library's viewers expect.
 Json toJson(const Mesh& mesh, const Eigen::Vector3d& center_m) {
@@ -81,8 +68,10 @@ Json toJson(const Mesh& mesh, const Eigen::Vector3d& center_m) {
           {"has_first_seen_stamps", false}};
 }
 
-Json makeNode(std::uint64_t id, int layer, Json attributes) {
-  return {{"id", id}, {"layer", layer}, {"partition", 0}, {"attributes", std::move(attributes)}};
+/// A JSON object, which has fields, with one more.
+std::string addField(std::string object, const char* name, const std::string& value) {
+  object.back() = ',';
+  return object + '"' + name + "\":" + value + '}';
 }
 
 class Writer {
@@ -96,11 +85,11 @@ class Writer {
     JsonObjectStream out(stream_, makeHead());
     out.beginList("nodes");
     if (options_.primitives) {
-      for (const auto& primitive : graph_.primitives) out.addElement(toNode(*primitive));
+      for (const auto& primitive : graph_.primitives) addNode(out, *primitive, kSegments);
     }
-    for (const auto& object : graph_.objects) out.addElement(toNode(object));
-    for (const auto& place : graph_.places->places) out.addElement(toNode(place));
-    for (const auto& region : graph_.regions) out.addElement(toNode(region));
+    for (const auto& object : graph_.objects) addNode(out, object, kObjects);
+    for (const auto& place : graph_.places->places) addNode(out, place, kPlaces);
+    for (const auto& region : graph_.regions) addNode(out, region, kRooms);
     out.endList();
     out.beginList("edges");
     writeEdgesWithin(out);
@@ -137,19 +126,28 @@ class Writer {
             {"frame", graph_.world_frame}};
   }
 
-  /// What every node has.
-  Json makeAttributes(const char* type, const Eigen::Vector3d& position_m,
-                      const Embedding& embedding) const {
-    Json attributes = {{"type", type}, {"position", toJson(position_m)}, {"is_active", false}};
-    if (options_.embeddings && embedding.size() > 0) {
-      attributes["semantic_feature"] = toJson(embedding);
+  /// Embeddings are written apart, in single precision: every bit in half the characters.
+  template <typename Item>
+  void addNode(JsonObjectStream& out, const Item& item, int layer) const {
+    std::string attributes = toText(makeAttributes(item));
+    if (options_.embeddings && item.embedding.size() > 0) {
+      std::string feature;
+      appendFeature(item.embedding, FeatureForm::kColumn, feature);
+      attributes = addField(std::move(attributes), "semantic_feature", feature);
     }
-    return attributes;
+    const Json node = {{"id", toNodeId(item.id)}, {"layer", layer}, {"partition", 0}};
+    out.addElementWith(
+        [&](std::ostream& stream) { stream << addField(toText(node), "attributes", attributes); });
   }
 
-  Json makeSolid(const Eigen::Vector3d& position_m, const Embedding& embedding, const Aabb& box,
-                 Stamp first_seen, Stamp last_seen) const {
-    Json attributes = makeAttributes("KhronosObjectAttributes", position_m, embedding);
+  /// What every node has.
+  static Json makeCommon(const char* type, const Eigen::Vector3d& position_m) {
+    return {{"type", type}, {"position", toJson(position_m)}, {"is_active", false}};
+  }
+
+  static Json makeSolid(const Eigen::Vector3d& position_m, const Aabb& box, Stamp first_seen,
+                        Stamp last_seen) {
+    Json attributes = makeCommon("KhronosObjectAttributes", position_m);
     attributes["bounding_box"] = toJson(box);
     attributes["first_observed_ns"] = {toJson(first_seen)};
     attributes["last_observed_ns"] = {toJson(last_seen)};
@@ -158,19 +156,18 @@ class Writer {
     return attributes;
   }
 
-  Json toNode(const ObjectPrimitive& primitive) const {
-    Json attributes = makeSolid(primitive.box.center(), primitive.embedding, primitive.box,
-                                primitive.first_seen, primitive.last_seen);
+  Json makeAttributes(const ObjectPrimitive& primitive) const {
+    Json attributes =
+        makeSolid(primitive.box.center(), primitive.box, primitive.first_seen, primitive.last_seen);
     attributes["metadata"] = {{"track", primitive.track.value},
                               {"num_observations", primitive.num_observations},
                               {"oriented_box", toJson(primitive.oriented_box)}};
     if (options_.meshes) attributes["mesh"] = toJson(primitive.mesh, primitive.box.center());
-    return makeNode(toNodeId(primitive.id), kSegments, attributes);
+    return attributes;
   }
 
-  Json toNode(const SceneObject& object) const {
-    Json attributes = makeSolid(object.position_m, object.embedding, object.box, object.first_seen,
-                                object.last_seen);
+  Json makeAttributes(const SceneObject& object) const {
+    Json attributes = makeSolid(object.position_m, object.box, object.first_seen, object.last_seen);
     attributes["name"] = object.task;
     attributes["semantic_label"] = object.task_index;
     attributes["metadata"] = {{"score", object.score},
@@ -179,25 +176,25 @@ class Writer {
       attributes["metadata"]["primitives"].push_back(id.value);
     }
     if (options_.meshes) attributes["mesh"] = toJson(joinMeshes(object), object.box.center());
-    return makeNode(toNodeId(object.id), kObjects, attributes);
+    return attributes;
   }
 
-  Json toNode(const Place& place) const {
-    Json attributes = makeAttributes("PlaceNodeAttributes", place.position_m, place.embedding);
+  Json makeAttributes(const Place& place) const {
+    Json attributes = makeCommon("PlaceNodeAttributes", place.position_m);
     attributes["distance"] = place.clearance_m;
     attributes["real_place"] = true;
     attributes["last_update_time_ns"] = toJson(graph_.places->stamp);
     attributes["metadata"] = {{"num_views", place.num_views}};
-    return makeNode(toNodeId(place.id), kPlaces, attributes);
+    return attributes;
   }
 
-  Json toNode(const Region& region) const {
-    Json attributes = makeAttributes("RoomNodeAttributes", region.position_m, region.embedding);
+  Json makeAttributes(const Region& region) const {
+    Json attributes = makeCommon("RoomNodeAttributes", region.position_m);
     attributes["name"] = region.task;
     if (region.task_index >= 0) attributes["semantic_label"] = region.task_index;
     attributes["last_update_time_ns"] = toJson(graph_.places->stamp);
     attributes["metadata"] = {{"score", region.score}};
-    return makeNode(toNodeId(region.id), kRooms, attributes);
+    return attributes;
   }
 
   Mesh joinMeshes(const SceneObject& object) const {
@@ -206,19 +203,16 @@ class Writer {
     return mesh;
   }
 
-  static void addEdge(JsonObjectStream& out, std::uint64_t source, std::uint64_t target) {
-    out.addElement(
-        Json{{"source", source},
-             {"target", target},
-             {"info", {{"type", "EdgeAttributes"}, {"weighted", false}, {"weight", 1}}}});
+  static void addEdge(JsonObjectStream& out, std::uint64_t source, std::uint64_t target,
+                      const EdgeInfo& info = {}) {
+    std::string text;
+    appendEdge(source, target, info, text);
+    out.addElementWith([&](std::ostream& stream) { stream << text; });
   }
 
   void writeEdgesWithin(JsonObjectStream& out) const {
     for (const auto& edge : graph_.places->edges) {
-      const Json info = {
-          {"type", "EdgeAttributes"}, {"weighted", true}, {"weight", edge.clearance_m}};
-      out.addElement(
-          Json{{"source", toNodeId(edge.a)}, {"target", toNodeId(edge.b)}, {"info", info}});
+      addEdge(out, toNodeId(edge.a), toNodeId(edge.b), {edge.clearance_m, true});
     }
     for (const auto& edge : graph_.region_edges) addEdge(out, toNodeId(edge.a), toNodeId(edge.b));
   }

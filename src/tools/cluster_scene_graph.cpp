@@ -11,10 +11,10 @@
 
 #include "command_line.h"
 #include "task_scene_graph/bottleneck/clustering.h"
-#include "task_scene_graph/bottleneck/scene_graph_file.h"
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/core/files.h"
 #include "task_scene_graph/language/text_encoder.h"
+#include "task_scene_graph/scene_graph/scene_graph_file.h"
 #include "task_scene_graph/scene_graph/tasks.h"
 #include "task_scene_graph/segmentation/model_set.h"
 
@@ -101,16 +101,16 @@ scene_graph::TaskList readTasks(const Arguments& arguments) {
 
 bottleneck::IncrementalClustering makeClustering(const Arguments& arguments,
                                                  const scene_graph::TaskList& tasks,
-                                                 const bottleneck::SceneGraphFile& graph) {
+                                                 const scene_graph::SceneGraphFile& graph) {
   bottleneck::IncrementalClustering clustering(arguments.config,
                                                bottleneck::Adjacency::kBoxOverlap);
   clustering.setTasks(tasks.embeddings);
-  for (const bottleneck::FilePrimitive& primitive : graph.primitives()) {
+  for (const scene_graph::FilePrimitive& primitive : graph.primitives()) {
     try {
       clustering.insert(primitive.id, primitive.embedding, primitive.box);
     } catch (const std::invalid_argument& e) {
       throw std::invalid_argument("scene graph '" + arguments.input + "': node " +
-                                  bottleneck::describeNode(primitive.id) + ": " + e.what());
+                                  scene_graph::describeNode(primitive.id) + ": " + e.what());
     }
   }
   return clustering;
@@ -133,7 +133,7 @@ nlohmann::json makeTape(bottleneck::IncrementalClustering& clustering) {
 
 void run(const Arguments& arguments) {
   const scene_graph::TaskList tasks = readTasks(arguments);
-  bottleneck::SceneGraphFile graph(arguments.input, tasks.embeddings.cols());
+  scene_graph::SceneGraphFile graph(arguments.input, tasks.embeddings.cols());
   auto clustering = makeClustering(arguments, tasks, graph);
   const std::vector<bottleneck::Cluster> clusters = clustering.clusters();
   graph.replaceObjects(clusters, tasks.names);

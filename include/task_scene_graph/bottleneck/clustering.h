@@ -8,13 +8,13 @@
 #include "task_scene_graph/bottleneck/config.h"
 #include "task_scene_graph/bottleneck/distribution.h"
 #include "task_scene_graph/bottleneck/explanation.h"
-#include "task_scene_graph/bottleneck/primitive_graph.h"
+#include "task_scene_graph/bottleneck/graph_types.h"
 #include "task_scene_graph/core/box.h"
 #include "task_scene_graph/core/embedding.h"
 
 namespace tsg::bottleneck {
 
-class ClusteringEngine;
+class ClusteringState;
 
 /// A task-relevant concept x~: primitives that serve the same task.
 struct Cluster {
@@ -94,9 +94,9 @@ class IncrementalClustering {
   std::uint64_t clusterOf(NodeKey key);
 
   /// phi_1..phi_M of a primitive. @throws as clusterOf.
-  const std::vector<double>& scores(NodeKey key);
+  std::vector<double> scores(NodeKey key);
   /// p(y|x) of a primitive. @throws as clusterOf.
-  const SparseMasses& relevance(NodeKey key);
+  SparseMasses relevance(NodeKey key);
   /// I(X;Y) in bits, the normaliser of Eq. 3 for the configured prior; 0 for no primitive.
   double information();
   /// The accepted merges in the order of the batch run. O(N log components).
@@ -112,7 +112,7 @@ class IncrementalClustering {
   ClusteringStatistics statistics();
 
  private:
-  std::unique_ptr<ClusteringEngine> engine_;
+  std::unique_ptr<ClusteringState> state_;
 };
 
 }  // namespace tsg::bottleneck

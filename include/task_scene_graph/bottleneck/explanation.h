@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "task_scene_graph/bottleneck/distribution.h"
-#include "task_scene_graph/bottleneck/primitive_graph.h"
+#include "task_scene_graph/bottleneck/graph_types.h"
 
 namespace tsg::bottleneck {
 

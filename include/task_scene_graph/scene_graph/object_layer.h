@@ -72,7 +72,6 @@ class ObjectLayer {
   void addOne(const ObjectPrimitivePtr& primitive, Repeated repeated, PrimitiveUpdate& update);
   void cluster(const ObjectPrimitive& primitive);
   std::string findFault(const ObjectPrimitive& primitive) const;
-  void updateObjects();
   void updateObject(const bottleneck::Cluster& cluster);
   std::vector<const ObjectPrimitive*> findMembers(const std::vector<std::uint64_t>& keys) const;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "task_scene_graph/bottleneck/cluster_registry.h"
+#include "bottleneck/cluster_registry.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "task_scene_graph/bottleneck/information.h"
+#include "bottleneck/information.h"
 
 #include <gtest/gtest.h>
 

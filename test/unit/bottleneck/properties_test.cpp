@@ -7,8 +7,8 @@
 #include <map>
 #include <random>
 
+#include "bottleneck/information.h"
 #include "clustering_fixtures.h"
-#include "task_scene_graph/bottleneck/information.h"
 
 namespace tsg::bottleneck {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 #include <ros/serialization.h>
-#include <task_scene_graph/SceneGraphConfig.h>
+#include <task_scene_graph/SceneGraphTuningConfig.h>
 
 #include <algorithm>
 #include <cmath>
@@ -273,7 +273,7 @@ TEST(FrameMatcher, KeepsABoundedNumberOfFrames) {
 
 TEST(DynamicReconfigure, DefaultsAndRangesAreThoseOfTheStruct) {
   const scene_graph::SceneGraphConfig expected;
-  const auto& defaults = ::task_scene_graph::SceneGraphConfig::__getDefault__();
+  const auto& defaults = ::task_scene_graph::SceneGraphTuningConfig::__getDefault__();
   EXPECT_EQ(defaults.object_alpha, expected.object_alpha);
   EXPECT_EQ(defaults.object_delta, expected.object_delta);
   EXPECT_EQ(defaults.object_top_k, expected.object_top_k);
@@ -288,8 +288,8 @@ TEST(DynamicReconfigure, DefaultsAndRangesAreThoseOfTheStruct) {
     ranges[row.name] = row.range;
   }
   dynamic_reconfigure::Config lowest, highest;
-  ::task_scene_graph::SceneGraphConfig::__getMin__().__toMessage__(lowest);
-  ::task_scene_graph::SceneGraphConfig::__getMax__().__toMessage__(highest);
+  ::task_scene_graph::SceneGraphTuningConfig::__getMin__().__toMessage__(lowest);
+  ::task_scene_graph::SceneGraphTuningConfig::__getMax__().__toMessage__(highest);
   for (std::size_t i = 0; i < lowest.doubles.size(); ++i) {
     EXPECT_EQ(ranges[lowest.doubles[i].name],
               config::internal::formatRange({lowest.doubles[i].value, highest.doubles[i].value}))

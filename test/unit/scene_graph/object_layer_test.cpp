@@ -198,6 +198,70 @@ TEST_P(RandomObjects, KeepTheirIdsWhileTheyKeepTheirPrimitives) {
   EXPECT_GT(kept, 10U);
 }
 
+TEST_P(RandomObjects, AreThoseOfTheOtherPrimitivesAfterSomeAreErased) {
+  ObjectLayer layer(SceneGraphConfig{});
+  layer.setTasks(world_.tasks());
+  layer.add(primitives_);
+  layer.computeObjects();
+  Primitives kept;
+  Ids erased;
+  for (const auto& primitive : primitives_) {
+    if (world_.draw(0, 1) < 0.3) {
+      erased.push_back(primitive->id);
+    } else {
+      kept.push_back(primitive);
+    }
+  }
+  erased.push_back({12345});  // not there
+  EXPECT_EQ(layer.erase(erased), erased.size() - 1);
+  EXPECT_EQ(layer.primitives(), kept);
+  EXPECT_EQ(listMembers(layer.computeObjects()), clusterDirectly({}, world_.tasks(), kept));
+  layer.add(primitives_);
+  EXPECT_EQ(layer.counters().repeated, kept.size());
+  EXPECT_EQ(listMembers(layer.computeObjects()), clusterDirectly({}, world_.tasks(), primitives_));
+}
+
+TEST_P(RandomObjects, AreThoseOfTheNewPrimitivesAfterSomeAreReplaced) {
+  ObjectLayer layer(SceneGraphConfig{});
+  layer.setTasks(world_.tasks());
+  layer.add(primitives_);
+  layer.computeObjects();
+  const Primitives newer = world_.makePrimitives(120, 6.0, 1);
+  Primitives present = primitives_;
+  Primitives replacements;
+  for (std::size_t i = 0; i < present.size(); i += 3) {
+    present[i] = newer[i];
+    replacements.push_back(newer[i]);
+  }
+  const PrimitiveUpdate update = layer.add(replacements, Repeated::kReplace);
+  EXPECT_EQ(update.counters.replaced, replacements.size());
+  EXPECT_EQ(update.counters.repeated, 0U);
+  EXPECT_EQ(layer.primitives(), present);
+  EXPECT_EQ(listMembers(layer.computeObjects()), clusterDirectly({}, world_.tasks(), present));
+}
+
+TEST_P(RandomObjects, AreAllAmongTheClustersAndNothingIsForgottenBetweenTheTwo) {
+  ObjectLayer layer(SceneGraphConfig{});
+  layer.setTasks(world_.tasks());
+  for (std::size_t i = 0; i < primitives_.size(); i += 40) {
+    const auto begin = primitives_.begin() + static_cast<std::ptrdiff_t>(i);
+    layer.add({begin, begin + 40});
+    const auto clusters = layer.computeClusters();
+    std::map<ObjectId, Ids> members;
+    std::size_t count = 0;
+    for (const auto& cluster : clusters) {
+      members[cluster.id] = cluster.primitives;
+      count += cluster.primitives.size();
+    }
+    EXPECT_EQ(members.size(), clusters.size());
+    EXPECT_EQ(count, layer.counters().clustered);
+    const auto objects = layer.computeObjects();
+    EXPECT_EQ(listMembers(objects),
+              clusterDirectly({}, world_.tasks(), {primitives_.begin(), begin + 40}));
+    for (const auto& object : objects) EXPECT_EQ(members.at(object.id), object.primitives);
+  }
+}
+
 TEST_P(RandomObjects, AreNoneWithAlphaAboveAllScores) {
   SceneGraphConfig config;
   config.object_alpha = 1.0;
@@ -238,6 +302,28 @@ TaskList makeTwoTasks() {
   tasks.embeddings.resize(2, 3);
   tasks.embeddings << 1.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F;
   return tasks;
+}
+
+TEST(Objects, KeepTheirIdWhileTheirPrimitiveIsReplacedAndLoseItWithItsEmbedding) {
+  ObjectLayer layer(SceneGraphConfig{});
+  layer.setTasks(makeTwoTasks());
+  layer.add({makePrimitive(1, {0, 0, 0}, makeEmbedding({0.6F, 0, 0.8F})),
+             makePrimitive(2, {9, 0, 0}, makeEmbedding({0.6F, 0, 0.8F}))});
+  const auto before = layer.computeObjects();
+  ASSERT_EQ(before.size(), 2U);
+  layer.add({makePrimitive(2, {5, 0, 0}, makeEmbedding({0, 0.8F, 0.6F}))}, Repeated::kReplace);
+  const auto after = layer.computeObjects();
+  ASSERT_EQ(after.size(), 2U);
+  EXPECT_EQ(after[1].id, before[1].id);
+  EXPECT_EQ(after[1].task, "sofa");
+  EXPECT_EQ(after[1].position_m.x(), 5.5);
+  layer.add({makePrimitive(2, {5, 0, 0}, Embedding())}, Repeated::kReplace);
+  EXPECT_EQ(layer.computeObjects().size(), 1U);
+  layer.erase({{1}, {2}});
+  EXPECT_TRUE(layer.computeObjects().empty());
+  EXPECT_EQ(layer.newest(), Stamp{});
+  layer.add({makePrimitive(3, {0, 0, 0}, Embedding())});
+  EXPECT_EQ(layer.primitives().size(), 1U);
 }
 
 TEST(Objects, OfScoreBelowMinObjectScoreAreNotPublished) {

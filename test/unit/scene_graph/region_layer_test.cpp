@@ -343,6 +343,18 @@ void expectRefused(const PlaceGraph& graph, const std::string& part) {
   EXPECT_EQ(layer.computeRegions().size(), 2U);
 }
 
+TEST(Places, ThatAreNowhereAreRefusedAndTheOldStay) {
+  for (const double odd :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    PlaceGraph graph = *makePlaces();
+    graph.places[2].position_m.y() = odd;
+    expectRefused(graph, "place 4 has a position or clearance that is not finite");
+    graph = *makePlaces();
+    graph.places[0].clearance_m = odd;
+    expectRefused(graph, "place 1 has a position or clearance that is not finite");
+  }
+}
+
 TEST(Places, OutOfOrderOrWithLooseEdgesAreRefusedAndTheOldStay) {
   PlaceGraph graph = *makePlaces();
   std::swap(graph.places[0], graph.places[1]);
