@@ -48,7 +48,7 @@ class RgbdBag::Implementation {
     topics_.color = requireImages(config_.color_topic, "color");
     topics_.depth = requireImages(config_.depth_topic, "depth");
     topics_.camera_info = config_.camera_info_topic;
-    if (config_.intrinsics.empty()) {
+    if (config_.intrinsics.isEmpty()) {
       requireTopic(config_.camera_info_topic,
                    "; --camera-info-topic names another, --intrinsics "
                    "gives the numbers");
@@ -190,7 +190,7 @@ class RgbdBag::Implementation {
     callbacks.on_jump_back = [this] { newest_ = {}; };
     callbacks.on_image = [](bool, const void*) {};
     assembler_ = std::make_unique<FrameAssembler>(config_, topics_, std::move(callbacks));
-    if (!config_.intrinsics.empty()) return;
+    if (!config_.intrinsics.isEmpty()) return;
     // The first camera_info holds for the images before it, too.
     bags_.forEach({topics_.camera_info}, [this](const rosbag::MessageInstance& message) {
       sensor_msgs::CameraInfoConstPtr info;

@@ -102,7 +102,7 @@ void RgbdInput::subscribe(const ::ros::NodeHandle& handle) {
   });
   watch_.add(color_->subscriber(), config_.color_topic, "sensor_msgs/Image");
   watch_.add(depth_->subscriber(), config_.depth_topic, "sensor_msgs/Image");
-  if (config_.intrinsics.empty()) subscribeCameraInfo(handle);
+  if (config_.intrinsics.isEmpty()) subscribeCameraInfo(handle);
   if (poses_.usesTopic()) subscribePoses(handle);
 }
 

@@ -25,8 +25,7 @@ enum class MatchSize {
 };
 
 /// What the robot's camera gives, live and in bags alike: section `input` of the configuration.
-/// Topic names without a leading slash lie in the stage's namespace (launch files remap them), in a
-/// bag at the root.
+/// Topic names without a leading slash lie in the stage's namespace, in a bag at the root.
 struct InputConfig {
   std::string world_frame = "world";
   std::string camera_frame;
@@ -36,7 +35,7 @@ struct InputConfig {
   std::string segmentation_topic = "segmentation";
   double sync_tolerance_s = 0.02;
   double depth_scale = 0.0;
-  std::string intrinsics;
+  config::NumbersOrPath intrinsics;
   bool rectify = false;
   MatchSize match_size = MatchSize::kNone;
   std::string pose_topic;
@@ -93,12 +92,16 @@ struct InputConfig {
               {"world_to_camera", PoseDirection::kWorldToCamera}},
              "what the poses of pose_topic or trajectory map: camera coordinates to world "
              "coordinates, or the reverse");
-    v.choice("camera_axes", self.camera_axes,
-             {{"optical", CameraAxes::kOptical},
-              {"opengl", CameraAxes::kOpenGl},
-              {"body", CameraAxes::kBody}},
-             "axes of the camera's frame: optical (x right, y down, z forward), opengl (x right, y "
-             "up, z backward) or body (x forward, y left, z up)");
+    v.choice(
+        "camera_axes", self.camera_axes,
+        {{"optical", CameraAxes::kOptical},
+         {"opengl", CameraAxes::kOpenGl},
+         {"body", CameraAxes::kBody},
+         {"opencv", CameraAxes::kOptical},
+         {"flu", CameraAxes::kBody},
+         {"ros", CameraAxes::kBody}},
+        "axes of the camera's frame: optical or opencv (x right, y down, z forward), opengl (x "
+        "right, y up, z backward), body, flu or ros (x forward, y left, z up)");
     v.field(
         "max_pose_gap_s", self.max_pose_gap_s, {0.0, 3600.0}, "s",
         "poses of pose_topic or trajectory that are further apart are not interpolated between");
