@@ -44,6 +44,7 @@ struct InputConfig {
   PoseDirection pose_direction = PoseDirection::kCameraToWorld;
   CameraAxes camera_axes = CameraAxes::kOptical;
   double max_pose_gap_s = 0.5;
+  double max_tf_gap_s = 0.5;
   int queue_size = 60;
   double tf_timeout_s = 1.0;
   double patience_s = 5.0;
@@ -105,6 +106,10 @@ struct InputConfig {
     v.field(
         "max_pose_gap_s", self.max_pose_gap_s, {0.0, 3600.0}, "s",
         "poses of pose_topic or trajectory that are further apart are not interpolated between");
+    v.field(
+        "max_tf_gap_s", self.max_tf_gap_s, {0.01, 3600.0}, "s",
+        "frames in a longer hole of tf are dropped where the camera moved meanwhile, unless the "
+        "link that has the hole is always published so seldom");
     v.field("queue_size", self.queue_size, {1, 10000}, "messages",
             "images that wait for their partner, frames that wait for a pose");
     v.field("tf_timeout_s", self.tf_timeout_s, {0.0, 60.0}, "s",

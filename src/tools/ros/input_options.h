@@ -58,7 +58,8 @@ class InputOptions {
       {"poses", "pose_direction", "camera_to_world or world_to_camera"},
       {"camera-axes", "camera_axes",
        "axes of the camera's frame: optical (or opencv), opengl, body (or flu, ros)"},
-      {"max-pose-gap", "max_pose_gap_s", "s, between poses that may be interpolated (0.5)"}};
+      {"max-pose-gap", "max_pose_gap_s", "s, between poses that may be interpolated (0.5)"},
+      {"max-tf-gap", "max_tf_gap_s", "s, the same for tf, where holes are rare (0.5)"}};
 
   std::map<std::string, std::string> values_;  ///< by field; empty = not given
   bool rectify_ = false;
