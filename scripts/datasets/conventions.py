@@ -5,19 +5,20 @@ from typing import NamedTuple
 import numpy as np
 
 # T_axes_optical: coordinates in the optical frame (x right, y down, z forward) -> in these axes;
-# opengl: x right, y up, z backward; flu: x forward, y left, z up.
+# opengl: x right, y up, z backward; body: x forward, y left, z up. The names, and the others that
+# they go by, are those of the parameter input/camera_axes.
 T_AXES_OPTICAL = {
-    "opencv": np.eye(4),
+    "optical": np.eye(4),
     "opengl": np.diag([1.0, -1.0, -1.0, 1.0]),
-    "flu": np.array([[0.0, 0, 1, 0], [-1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 0, 1]]),
+    "body": np.array([[0.0, 0, 1, 0], [-1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 0, 1]]),
 }
-AXES_NAMES = {"opencv": "opencv", "optical": "opencv", "opengl": "opengl", "flu": "flu",
-              "ros": "flu"}
+AXES_NAMES = {"optical": "optical", "opengl": "opengl", "body": "body", "opencv": "optical",
+              "flu": "body", "ros": "body"}
 DIRECTIONS = ("camera-to-world", "world-to-camera")
 
 
 class PoseConvention(NamedTuple):
-    axes: str = "opencv"
+    axes: str = "optical"
     direction: str = "camera-to-world"
     scale_m: float = 1.0  # metres per unit of the translations
 

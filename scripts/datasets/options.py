@@ -47,7 +47,7 @@ def add_camera(group):
                        help="of the depth images, where they are not the colour images' own")
     group.add_argument("--depth-scale", type=depth_scale.parse_option, default=None, metavar="X",
                        help="metres per unit (0.001) or, above 1, units per metre (5000)")
-    group.add_argument("--match-size", choices=size_match.MODES, default=None,
+    group.add_argument("--match-size", type=hyphenated, choices=size_match.MODES, default=None,
                        help="colour and depth of different sizes: which is brought to the other's "
                        "(color-to-depth where both intrinsics are known, else refused)")
 
@@ -56,11 +56,11 @@ def add_poses(group):
     group.add_argument("--trajectory", default=None, metavar="FILE",
                        help="poses from a TUM file (stamp tx ty tz qx qy qz qw) in place of the "
                        "folder's; images need stamps")
-    group.add_argument("--camera-axes", choices=list(AXES_NAMES), default="opencv",
-                       help="axes of the camera that poses speak of: opencv x right, y down, z "
-                       "forward; opengl x right, y up, z backward; flu (ros) x forward, y left, z "
-                       "up")
-    group.add_argument("--poses", choices=DIRECTIONS, default="camera-to-world",
+    group.add_argument("--camera-axes", choices=list(AXES_NAMES), default="optical",
+                       help="axes of the camera that poses speak of: optical (opencv) x right, y "
+                       "down, z forward; opengl x right, y up, z backward; body (flu, ros) x "
+                       "forward, y left, z up")
+    group.add_argument("--poses", type=hyphenated, choices=DIRECTIONS, default="camera-to-world",
                        help="what a pose takes to what (camera-to-world)")
     group.add_argument("--pose-scale", type=positive_float, default=1.0, metavar="M",
                        help="metres per unit of the poses' translations (1)")
@@ -68,6 +68,11 @@ def add_poses(group):
                        help="turn the world so that this direction of it becomes z, up; level: the "
                        "one that fits a camera held level (7-Scenes' world is its first camera's); "
                        "negative X: --world-up=-1,0,0")
+
+
+def hyphenated(text):
+    """Choices may be written as in configuration files, color_to_depth."""
+    return text.replace("_", "-")
 
 
 def positive_int(text):

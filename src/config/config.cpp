@@ -90,6 +90,11 @@ std::string joinPath(const std::string& path, const std::string& name) {
   return path.empty() ? name : path + "/" + name;
 }
 
+std::string toChoiceName(std::string text) {
+  std::replace(text.begin(), text.end(), '-', '_');
+  return text;
+}
+
 bool read(const YAML::Node& node, bool& value) {
   const auto parsed = node.IsScalar() ? parseBool(node.Scalar()) : std::nullopt;
   value = parsed.value_or(value);
@@ -155,11 +160,33 @@ void Loader::field(const char* name, std::filesystem::path& value, Range, const 
   if (!node.IsDefined()) return;
   std::string text;
   if (!read(node, text)) return wrongType(name, node, TypeName<std::filesystem::path>::value);
+  const auto path = expand(name, text);
+  if (!path) return;
+  value = *path;
+  noteOrigin(name);
+}
+
+void Loader::field(const char* name, NumbersOrPath& value, Range, const char*, const char*) {
+  const YAML::Node node = take(name);
+  if (!node.IsDefined()) return;
+  std::string text;
+  if (!read(node, text)) return wrongType(name, node, TypeName<NumbersOrPath>::value);
+  if (!parseNumbers(text)) {
+    const auto path = expand(name, text);
+    if (!path) return;
+    text = path->string();
+  }
+  value.text = text;
+  noteOrigin(name);
+}
+
+std::optional<std::filesystem::path> Loader::expand(const std::string& name,
+                                                    const std::string& text) {
   try {
-    value = expandPath(text, source_.folder);
-    noteOrigin(name);
+    return expandPath(text, source_.folder);
   } catch (const std::invalid_argument& e) {
     report("parameter '" + joinPath(path_, name) + "': " + e.what());
+    return std::nullopt;
   }
 }
 
@@ -171,7 +198,8 @@ void Loader::wrongType(const std::string& name, const YAML::Node& node,
     return;
   }
   const bool is_text = expected == TypeName<std::string>::value ||
-                       expected == TypeName<std::filesystem::path>::value;
+                       expected == TypeName<std::filesystem::path>::value ||
+                       expected == TypeName<NumbersOrPath>::value;
   const std::string typed = is_text && node.IsScalar() ? describeTyped(node) : "";
   if (!typed.empty()) {
     report(parameter + " is " + typed + ", expected " + expected +

@@ -80,6 +80,20 @@ std::optional<int> parseInteger(const std::string& text) {
   return static_cast<int>(*value);
 }
 
+std::optional<std::vector<double>> parseNumbers(std::string text) {
+  for (char& c : text) {
+    if (c == ',' || c == '[' || c == ']' || c == ';') c = ' ';
+  }
+  std::istringstream stream(text);
+  std::vector<double> numbers;
+  for (std::string word; stream >> word;) {
+    char* end = nullptr;
+    numbers.push_back(std::strtod(word.c_str(), &end));
+    if (end != word.c_str() + word.size()) return std::nullopt;
+  }
+  return numbers;
+}
+
 std::optional<bool> parseBool(const std::string& text) {
   if (isOneOf(text, {"true", "True", "TRUE", "yes", "Yes", "YES", "on", "On", "ON", "y", "Y"})) {
     return true;

@@ -108,6 +108,7 @@ std::string toYamlText(int value) { return std::to_string(value); }
 std::string toYamlText(double value) { return formatExactly(value); }
 std::string toYamlText(const std::string& value) { return quoteYaml(value); }
 std::string toYamlText(const std::filesystem::path& value) { return quoteYaml(value.string()); }
+std::string toYamlText(const NumbersOrPath& value) { return quoteYaml(value.text); }
 
 void SettingLister::add(const std::string& name, const std::string& value) {
   const std::string path = joinPath(path_, name);

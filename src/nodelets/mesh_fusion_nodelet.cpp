@@ -8,36 +8,31 @@
 #include <optional>
 #include <pluginlib/class_list_macros.hpp>
 
+#include "background_stage.h"
 #include "mesh_fusion_config.h"
 #include "mesh_fusion_report.h"
 #include "stage_nodelet.h"
-#include "task_scene_graph/pipeline/background_fusion.h"
-#include "task_scene_graph/pipeline/map_files.h"
 #include "task_scene_graph/pipeline/object_fusion.h"
 #include "task_scene_graph/ros/arrivals.h"
 #include "task_scene_graph/ros/frame_matcher.h"
 #include "task_scene_graph/ros/geometry_conversions.h"
-#include "task_scene_graph/ros/mesh_publisher.h"
 #include "task_scene_graph/ros/message_conversions.h"
 #include "task_scene_graph/ros/object_follower.h"
-#include "task_scene_graph/ros/occupancy_publisher.h"
 #include "task_scene_graph/ros/rgbd_input.h"
 #include "task_scene_graph/ros/topic_watch.h"
 #include "task_scene_graph/ros/worker.h"
 
 namespace tsg::nodelets {
 
-/// Every frame -> mesh and places; segmented frames and tracks -> object primitives. Depth
-/// integration has a thread, segmented frames have one, and objects are reconstructed on a pool of
-/// lower priority: none waits for another.
+/// Every frame -> the background stage; segmented frames and tracks -> object primitives. The
+/// background stage has a thread, segmented frames have one, and objects are reconstructed on a
+/// pool of lower priority: none waits for another.
 class MeshFusionNodelet : public StageNodelet {
  public:
   ~MeshFusionNodelet() override;
 
  private:
   using Match = ros_interface::FrameMatcher::Match;
-  /// A frame to integrate, or, with a segmentation, a view for the places.
-  using BackgroundJob = Match;
   /// A segmented frame, or what the tracker said of one, or neither: a look at what is done.
   struct ObjectJob {
     Match match;
@@ -62,25 +57,15 @@ class MeshFusionNodelet : public StageNodelet {
   /// Tracks go to reconstruction only after the frame that they speak of.
   void releaseTracks(bool all);
 
-  void processBackground(const BackgroundJob& job);
   void processObjects(const ObjectJob& job);
   void publishPrimitives(const std::vector<ObjectPrimitivePtr>& primitives, Stamp stamp);
-  void publishPlaces(Stamp stamp, bool force);
   void greetPrimitivesSubscriber(const ros::SingleSubscriberPublisher& subscriber);
   bool saveMesh(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
-  Stamp newestFrame() {
-    const std::lock_guard<std::mutex> lock(background_mutex_);
-    return newest_frame_;
-  }
   /// mesh.ply and the occupancy map's files. Waits for the graph of what was published last.
   std::vector<WrittenFile> writeMesh(Deadline deadline);
 
   MeshFusionNodeletConfig config_;
-  std::mutex background_mutex_;  ///< guards the four below
-  std::unique_ptr<pipeline::BackgroundFusion> background_;
-  std::unique_ptr<ros_interface::MeshPublisher> mesh_publisher_;
-  Stamp newest_frame_;
-  Stamp newest_places_;
+  std::unique_ptr<BackgroundStage> background_;
   std::unique_ptr<pipeline::ObjectFusion> objects_;  ///< the object worker's own, as the next
   Stamp newest_tracks_;
   std::mutex primitives_mutex_;
@@ -91,13 +76,10 @@ class MeshFusionNodelet : public StageNodelet {
   Stamp newest_match_;
   ros_interface::Arrivals arrivals_;
   ros::Publisher primitives_publisher_;
-  ros::Publisher places_publisher_;
-  std::unique_ptr<ros_interface::OccupancyPublisher> occupancy_publisher_;  ///< null if off
   ros::ServiceServer save_server_;
   std::unique_ptr<ros_interface::FrameMatcher> matcher_;
   std::unique_ptr<ros_interface::ObjectFollower> object_follower_;
   std::unique_ptr<ros_interface::TopicWatch> watch_;
-  std::unique_ptr<ros_interface::Worker<BackgroundJob>> background_worker_;
   std::unique_ptr<ros_interface::Worker<ObjectJob>> object_worker_;
   std::unique_ptr<ros_interface::RgbdInput> input_;
   ros::Subscriber segmentation_subscriber_;
@@ -106,14 +88,14 @@ class MeshFusionNodelet : public StageNodelet {
 
 MeshFusionNodelet::~MeshFusionNodelet() {
   stopServices();
-  if (background_worker_ == nullptr || object_worker_ == nullptr) return;
+  if (background_ == nullptr || object_worker_ == nullptr) return;
   tracks_subscriber_.shutdown();
   segmentation_subscriber_.shutdown();
   input_.reset();
-  background_worker_->stop();
+  background_->stop();
   object_worker_->stop();
   ros_interface::EndReport end{getName(), config_.output, {}, "", ""};
-  if (newest_frame_ == Stamp{}) end.reason = report().describeInput("colour image");
+  if (background_->newestFrame() == Stamp{}) end.reason = report().describeInput("colour image");
   try {
     if (end.reason.empty() && !end.folder.empty()) {
       end.files = writeMesh(std::chrono::steady_clock::now());
@@ -127,18 +109,9 @@ MeshFusionNodelet::~MeshFusionNodelet() {
 void MeshFusionNodelet::start() {
   config_ = loadConfig<MeshFusionNodeletConfig>();
   ros_interface::checkInputFiles(config_.input);
-  background_ = std::make_unique<pipeline::BackgroundFusion>(config_.background_fusion);
   objects_ = std::make_unique<pipeline::ObjectFusion>(config_.object_fusion);
   matcher_ =
       std::make_unique<ros_interface::FrameMatcher>(static_cast<std::size_t>(config_.frame_cache));
-  background_worker_ = std::make_unique<ros_interface::Worker<BackgroundJob>>(
-      static_cast<std::size_t>(config_.queue_size),
-      [this](const BackgroundJob& job) { processBackground(job); },
-      [this](const BackgroundJob& job) {
-        report().countDropped(
-            job.segmentation == nullptr ? "integration queue full" : "view for places: queue full",
-            "", 1);
-      });
   object_worker_ = std::make_unique<ros_interface::Worker<ObjectJob>>(
       static_cast<std::size_t>(config_.object_queue_size),
       [this](const ObjectJob& job) { processObjects(job); });
@@ -147,21 +120,15 @@ void MeshFusionNodelet::start() {
 
 void MeshFusionNodelet::startTopics() {
   ros::NodeHandle& handle = getNodeHandle();
-  mesh_publisher_ = std::make_unique<ros_interface::MeshPublisher>(
+  background_ = std::make_unique<BackgroundStage>(
       handle,
-      ros_interface::MeshPublisher::Options{config_.input.world_frame, config_.mesh_period_s},
-      *background_, background_mutex_);
+      BackgroundStageOptions{config_.background_fusion, config_.input.world_frame,
+                             config_.mesh_period_s, config_.octomap_period_s,
+                             static_cast<std::size_t>(config_.queue_size)},
+      report());
   primitives_publisher_ = handle.advertise<msg::ObjectPrimitives>(
       "object_primitives", 1000,
       [this](const auto& subscriber) { greetPrimitivesSubscriber(subscriber); });
-  places_publisher_ = handle.advertise<msg::PlaceGraph>("place_graph", 10, true);
-  if (background_->occupancy() != nullptr) {
-    occupancy_publisher_ = std::make_unique<ros_interface::OccupancyPublisher>(
-        handle,
-        ros_interface::OccupancyPublisher::Options{config_.input.world_frame,
-                                                   config_.octomap_period_s},
-        *background_->occupancy(), background_mutex_);
-  }
   save_server_ = serviceHandle().advertiseService("save_mesh", &MeshFusionNodelet::saveMesh, this);
   const auto& tsdf = config_.background_fusion.background.tsdf;
   input_ = std::make_unique<ros_interface::RgbdInput>(
@@ -180,7 +147,7 @@ void MeshFusionNodelet::startTopics() {
 }
 
 void MeshFusionNodelet::onFrame(const RgbdFramePtr& frame) {
-  background_worker_->push({frame, nullptr});
+  background_->addFrame(frame);
   enqueueMatch(matcher_->addFrame(frame));
 }
 
@@ -214,9 +181,7 @@ void MeshFusionNodelet::onJumpBack() {
 
 void MeshFusionNodelet::enqueueMatch(std::optional<Match> match) {
   if (!match) return;
-  if (match->segmentation->image_embedding.size() > 0) {
-    background_worker_->push(*match);
-  }
+  background_->addView(match->frame, match->segmentation);
   {
     const std::lock_guard<std::mutex> lock(tracks_mutex_);
     newest_match_ = match->frame->stamp;
@@ -234,26 +199,6 @@ void MeshFusionNodelet::releaseTracks(bool all) {
     if (!all && !is_due) return;
     report().countDropped("object queue full", "", object_worker_->push({{}, message, false}));
     held_tracks_.pop_front();
-  }
-}
-
-void MeshFusionNodelet::processBackground(const BackgroundJob& job) {
-  try {
-    const std::lock_guard<std::mutex> lock(background_mutex_);
-    if (job.segmentation != nullptr) {
-      background_->addView(*job.frame, job.segmentation->image_embedding);
-      return;
-    }
-    const ros_interface::StageTimer timer;
-    background_->integrate(*job.frame);
-    report().countProcessed(timer.elapsedMs());
-    newest_frame_ = job.frame->stamp;
-    mesh_publisher_->publish(newest_frame_, false);
-    publishPlaces(newest_frame_, false);
-    if (occupancy_publisher_) occupancy_publisher_->publish(newest_frame_, false);
-    reportBackground(*background_, report());
-  } catch (const std::exception& e) {
-    report().countDropped("error", std::string("dropped a frame: ") + e.what());
   }
 }
 
@@ -284,14 +229,6 @@ void MeshFusionNodelet::publishPrimitives(const std::vector<ObjectPrimitivePtr>&
       ros_interface::toMessage(primitives, stamp, config_.input.world_frame));
 }
 
-void MeshFusionNodelet::publishPlaces(Stamp stamp, bool force) {
-  const PlaceGraphPtr places = background_->updatePlaces(stamp, force);
-  if (places == nullptr) return;
-  newest_places_ = stamp;
-  places_publisher_.publish(ros_interface::toMessage(*places, config_.input.world_frame));
-  report().set("places", std::to_string(places->places.size()));
-}
-
 void MeshFusionNodelet::greetPrimitivesSubscriber(
     const ros::SingleSubscriberPublisher& subscriber) {
   const std::lock_guard<std::mutex> lock(primitives_mutex_);
@@ -303,8 +240,8 @@ void MeshFusionNodelet::greetPrimitivesSubscriber(
 void MeshFusionNodelet::check() {
   input_->check();
   watch_->check();
+  background_->check();
   report().set("frames that wait for a segmentation", std::to_string(matcher_->numFrames()));
-  report().set("frames that wait for integration", std::to_string(background_worker_->size()));
   report().set("messages that wait for the object thread", std::to_string(object_worker_->size()));
   const std::chrono::duration<double> patience(config_.input.tf_timeout_s + 1.0);
   bool is_overdue = false;
@@ -325,18 +262,12 @@ msg::FinishResponse MeshFusionNodelet::finish(const msg::FinishRequest& request,
   input_->flush();
   releaseTracks(true);
   report().countDropped("object queue full", "", object_worker_->push({{}, nullptr, true}));
-  const bool is_done = background_worker_->waitIdle(deadline) && object_worker_->waitIdle(deadline);
+  const bool is_done = background_->flush(deadline) && object_worker_->waitIdle(deadline);
   response.success = has_all && is_done;
   response.message = response.success ? "all is reconstructed"
                      : has_all        ? "still at work"
                                       : "tracks did not arrive";
-  const std::lock_guard<std::mutex> lock(background_mutex_);
-  if (newest_frame_ != Stamp{}) {
-    mesh_publisher_->publish(newest_frame_, true);
-    publishPlaces(newest_frame_, true);
-    if (occupancy_publisher_) occupancy_publisher_->publish(newest_frame_, true);
-    response.stamp = ros_interface::toRosTime(newest_frame_);
-  }
+  response.stamp = ros_interface::toRosTime(background_->newestFrame());
   const std::lock_guard<std::mutex> primitives_lock(primitives_mutex_);
   if (!primitives_.empty()) response.last_id = primitives_.back()->id.value;
   return response;
@@ -346,7 +277,8 @@ bool MeshFusionNodelet::saveMesh(std_srvs::Trigger::Request&,
                                  std_srvs::Trigger::Response& response) {
   try {
     if (config_.output.empty()) throw std::runtime_error("parameter 'output' is not set");
-    if (newestFrame() == Stamp{}) throw std::runtime_error(report().describeInput("colour image"));
+    const bool has_frames = background_->newestFrame() != Stamp{};
+    if (!has_frames) throw std::runtime_error(report().describeInput("colour image"));
     const auto files = writeMesh(std::chrono::steady_clock::now() + std::chrono::seconds(5));
     response.message = (config_.output / files.front().name).string();
     response.success = 1;
@@ -360,18 +292,9 @@ bool MeshFusionNodelet::saveMesh(std_srvs::Trigger::Request&,
 std::vector<WrittenFile> MeshFusionNodelet::writeMesh(Deadline deadline) {
   const std::filesystem::path& folder = config_.output;
   std::filesystem::create_directories(folder);
-  std::unique_lock<std::mutex> lock(background_mutex_);
-  const Mesh mesh = background_->extractMesh();
-  const Stamp newest_places = newest_places_;
-  std::vector<WrittenFile> files = pipeline::writeOccupancyFiles(folder, background_->occupancy());
-  lock.unlock();
-  const auto objects = object_follower_->findObjects(newest_places, deadline);
+  const auto objects = object_follower_->findObjects(background_->newestPlaces(), deadline);
   const std::lock_guard<std::mutex> primitives_lock(primitives_mutex_);
-  files.insert(files.begin(),
-               pipeline::writeMeshFile(folder, mesh, primitives_, objects,
-                                       config_.background_fusion.background.tsdf.voxel_size_m,
-                                       config_.input.world_frame));
-  return files;
+  return background_->writeFiles(folder, primitives_, objects);
 }
 
 }  // namespace tsg::nodelets

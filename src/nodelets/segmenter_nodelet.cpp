@@ -16,7 +16,7 @@
 
 namespace tsg::nodelets {
 
-/// `camera/color/image_raw` -> `segmentation` and, while somebody looks at it,
+/// input/color_topic -> input/segmentation_topic and, while somebody looks at it,
 /// `segmentation_overlay`. Always works on the newest image there is.
 class SegmenterNodelet : public StageNodelet {
  public:
@@ -57,7 +57,7 @@ void SegmenterNodelet::start() {
   }
   segmenter_ = std::make_unique<segmentation::Segmenter>(
       segmentation::loadModelSet(config.models.string()), config.segmenter);
-  publisher_ = getNodeHandle().advertise<msg::Segmentation>("segmentation", 100);
+  publisher_ = getNodeHandle().advertise<msg::Segmentation>(config.input.segmentation_topic, 100);
   overlay_publisher_ = getNodeHandle().advertise<sensor_msgs::Image>("segmentation_overlay", 2);
   worker_ = std::make_unique<ros_interface::Worker<ros_interface::SourceImage>>(
       1, [this](const ros_interface::SourceImage& image) { process(image); });

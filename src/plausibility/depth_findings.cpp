@@ -12,12 +12,14 @@ constexpr std::uint64_t kMinImages = 10;
 constexpr double kMinValidShare = 0.05;
 constexpr double kMinShareInRange = 0.2;
 constexpr double kUsualMedian_m = 2.0;
+constexpr double kLeastMedian_m = 0.4;
+constexpr double kGreatestMedian_m = 6.0;
 
 const std::array<DepthUnit, 8>& knownUnits() {
   static const std::array<DepthUnit, 8> units{{{1.0, "metres"},
                                                {0.001, "millimetres"},
                                                {0.01, "centimetres"},
-                                               {0.00025, "RealSense L515"},
+                                               {0.00025, "RealSense L515, 4000 per metre"},
                                                {0.0002, "TUM datasets, 5000 per metre"},
                                                {0.0001, "RealSense D405"},
                                                {1.0 / 6553.5, "Replica, 6553.5 per metre"},
@@ -38,10 +40,11 @@ Finding describeInvalid(const DepthStatistics& depth) {
           "look at the depth image in rviz or rqt_image_view, and check the depth topic"};
 }
 
-/// Units that would bring the median to where it usually is.
+/// Units that would bring the median to where it may be in a room, the usual first.
 std::vector<DepthUnit> findBetterUnits(const DepthStatistics& depth, double metres_per_unit) {
   const double median_units = depth.median_m() / metres_per_unit;
-  return findDepthUnits(0.6 / median_units, 5.0 / median_units, median_units);
+  return findDepthUnits(kLeastMedian_m / median_units, kGreatestMedian_m / median_units,
+                        kUsualMedian_m / median_units);
 }
 
 Finding describeOutOfRange(const DepthStatistics& depth, double metres_per_unit, double min_range_m,
@@ -66,13 +69,13 @@ Finding describeOutOfRange(const DepthStatistics& depth, double metres_per_unit,
 
 }  // namespace
 
-std::vector<DepthUnit> findDepthUnits(double low_m, double high_m, double median_units) {
+std::vector<DepthUnit> findDepthUnits(double low_m, double high_m, double likely_m) {
   std::vector<DepthUnit> units;
   for (const DepthUnit& unit : knownUnits()) {
     if (unit.metres >= low_m && unit.metres <= high_m) units.push_back(unit);
   }
   const auto distance = [&](const DepthUnit& unit) {
-    return std::abs(std::log(unit.metres * median_units / kUsualMedian_m));
+    return std::abs(std::log(unit.metres / likely_m));
   };
   std::stable_sort(units.begin(), units.end(), [&](const DepthUnit& a, const DepthUnit& b) {
     return distance(a) < distance(b);
@@ -82,8 +85,8 @@ std::vector<DepthUnit> findDepthUnits(double low_m, double high_m, double median
 
 std::string listUnits(const std::vector<DepthUnit>& units) {
   std::string text;
-  for (std::size_t i = 0; i < std::min<std::size_t>(units.size(), 3); ++i) {
-    text += (i > 0 ? " or " : "") + formatNumber(units[i].metres) + " (" + units[i].users + ")";
+  for (const DepthUnit& unit : units) {
+    text += (text.empty() ? "" : " or ") + formatNumber(unit.metres) + " (" + unit.users + ")";
   }
   return text;
 }

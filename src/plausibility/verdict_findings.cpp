@@ -97,7 +97,7 @@ Finding describePoseScale(const Verdict& verdict) {
 Finding describeDepthScale(const Verdict& verdict, const InputFacts& facts) {
   const double low = verdict.factors.low / 1.08 * facts.metres_per_unit;
   const double high = verdict.factors.high * 1.08 * facts.metres_per_unit;
-  const auto units = findDepthUnits(low, high, facts.median_depth_m / facts.metres_per_unit);
+  const auto units = findDepthUnits(low, high, computeFactor(verdict) * facts.metres_per_unit);
   const double factor =
       units.empty() ? computeFactor(verdict) : units.front().metres / facts.metres_per_unit;
   Finding finding;

@@ -11,6 +11,7 @@
 #include <sstream>
 #include <vector>
 
+#include "task_scene_graph/config/scalar.h"
 #include "task_scene_graph/core/files.h"
 #include "task_scene_graph/ros/image_conversions.h"
 #include "task_scene_graph/ros/source_image.h"
@@ -25,21 +26,6 @@ constexpr double kNegligibleDistortion = 1e-9;
 
 [[noreturn]] void failFormat(const std::string& source, const std::string& what) {
   throw InputError("intrinsics '" + source + "': " + what + "; " + kExpected, "bad intrinsics");
-}
-
-/// Numbers apart by blanks, commas or brackets; nothing if there is anything else.
-std::optional<std::vector<double>> parseNumbers(std::string text) {
-  for (char& c : text) {
-    if (c == ',' || c == '[' || c == ']' || c == ';') c = ' ';
-  }
-  std::istringstream stream(text);
-  std::vector<double> numbers;
-  for (std::string word; stream >> word;) {
-    char* end = nullptr;
-    numbers.push_back(std::strtod(word.c_str(), &end));
-    if (end != word.c_str() + word.size()) return std::nullopt;
-  }
-  return numbers;
 }
 
 void setMatrix(sensor_msgs::CameraInfo& info, double fx, double fy, double cx, double cy) {
@@ -235,14 +221,14 @@ ImageWarpPtr makeRectification(const sensor_msgs::CameraInfo& info, const Camera
 }  // namespace
 
 sensor_msgs::CameraInfo loadIntrinsics(const std::string& text_or_path) {
-  const auto numbers = parseNumbers(text_or_path);
+  const auto numbers = config::parseNumbers(text_or_path);
   std::optional<sensor_msgs::CameraInfo> info;
   if (numbers) {
     info = fromNumbers(*numbers);
     if (!info) failFormat(text_or_path, std::to_string(numbers->size()) + " numbers");
   } else {
     const std::string text = readFile(text_or_path);
-    const auto in_file = parseNumbers(text);
+    const auto in_file = config::parseNumbers(text);
     info = in_file ? fromNumbers(*in_file) : fromYaml(text, text_or_path);
     if (!info) failFormat(text_or_path, std::to_string(in_file->size()) + " numbers in the file");
   }

@@ -31,12 +31,12 @@ FrameMaker::FrameMaker(const InputConfig& config, InputTopics topics)
     : config_(config),
       topics_(std::move(topics)),
       metres_per_unit_(toMetresPerUnit(config.depth_scale)) {
-  if (config_.intrinsics.empty()) return;
-  info_ = boost::make_shared<sensor_msgs::CameraInfo>(loadIntrinsics(config_.intrinsics));
+  if (config_.intrinsics.isEmpty()) return;
+  info_ = boost::make_shared<sensor_msgs::CameraInfo>(loadIntrinsics(config_.intrinsics.text));
 }
 
 std::optional<std::string> FrameMaker::setCameraInfo(const sensor_msgs::CameraInfoConstPtr& info) {
-  if (!config_.intrinsics.empty()) return std::nullopt;
+  if (!config_.intrinsics.isEmpty()) return std::nullopt;
   if (info_ && isSame(*info_, *info)) return std::nullopt;
   checkCameraInfo(*info, topics_.camera_info);
   info_ = info;
@@ -100,8 +100,9 @@ const FrameMaker::Plan& FrameMaker::findPlan(cv::Size color_size, cv::Size depth
 
 FrameMaker::Plan FrameMaker::makePlan(cv::Size color_size, cv::Size depth_size) const {
   checkSizes(color_size, depth_size);
-  const std::string source =
-      config_.intrinsics.empty() ? topics_.camera_info : "intrinsics '" + config_.intrinsics + "'";
+  const std::string source = config_.intrinsics.isEmpty()
+                                 ? topics_.camera_info
+                                 : "intrinsics '" + config_.intrinsics.text + "'";
   const Intrinsics intrinsics = toIntrinsics(*info_, color_size, chooseRectification(), source);
   Plan plan{color_size, depth_size, intrinsics.camera, intrinsics.rectification, nullptr, nullptr};
   std::optional<ImageWarp> color_warp;

@@ -37,7 +37,7 @@ void checkInput(const InputConfig& config) {
                                     {"depth_topic", config.depth_topic}}) {
     if (value.empty()) violations.push_back(std::string("'") + name + "' is empty");
   }
-  if (config.camera_info_topic.empty() && config.intrinsics.empty()) {
+  if (config.camera_info_topic.empty() && config.intrinsics.isEmpty()) {
     violations.emplace_back("'camera_info_topic' is empty, expected it or 'intrinsics'");
   }
   config::internal::throwIfAny("input", violations);

@@ -7,6 +7,7 @@
 #include <sstream>
 #include <vector>
 
+#include "task_scene_graph/ros/frame_names.h"
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/image_conversions.h"
 #include "task_scene_graph/ros/source_image.h"
@@ -14,6 +15,11 @@
 namespace tsg::ros_interface {
 namespace {
 
+// A hole is so many times longer than what is usual for its link.
+constexpr double kHoleInSpacings = 3.0;
+// Between poses no farther apart any way of interpolating does.
+constexpr double kStandstill_m = 0.02;
+constexpr double kStandstill_rad = 0.02;
 constexpr std::size_t kMaxFramesNamed = 12;
 // A live topic's older poses are of no use: frames do not wait longer.
 constexpr std::int64_t kMemory_ns = 60'000'000'000;
@@ -23,19 +29,6 @@ std::string formatSeconds(double seconds) {
   text.precision(3);
   text << std::fixed << seconds;
   return text.str();
-}
-
-/// tf2 knows no leading slash; tf 1 and some drivers write one.
-std::string stripSlash(const std::string& frame) {
-  return !frame.empty() && frame.front() == '/' ? frame.substr(1) : frame;
-}
-
-InputConfig checkedWithoutSlashes(InputConfig config) {
-  checkInput(config);
-  for (auto* frame : {&config.world_frame, &config.camera_frame, &config.pose_frame}) {
-    *frame = stripSlash(*frame);
-  }
-  return config;
 }
 
 std::string listFrames(const tf2::BufferCore& tf) {
@@ -103,6 +96,20 @@ Pose toPose(const geometry_msgs::Pose& pose) {
   return ros_interface::toPose(transform);
 }
 
+PoseSource::Answer explainHole(const TransformHistory::Gap& hole, Stamp stamp, double limit_s) {
+  PoseSource::Answer answer;
+  answer.reason = "hole in tf";
+  answer.is_final = true;
+  answer.why_not = "stamp " + formatSeconds(stamp.seconds()) + " s lies in a hole of tf: '" +
+                   hole.child + "' was not published from " + formatSeconds(hole.before.seconds()) +
+                   " to " + formatSeconds(hole.after.seconds()) + " s (" +
+                   formatSeconds(hole.length_s) + " s; usually about every " +
+                   formatSeconds(hole.usual_s) +
+                   " s), and the camera moved meanwhile; input/max_tf_gap_s, " +
+                   formatSeconds(limit_s) + " s, is the longest over which it is interpolated";
+  return answer;
+}
+
 /// Coordinates in the optical frame -> coordinates in a frame with the given axes.
 Pose toOptical(CameraAxes axes) {
   Pose T = Pose::Identity();
@@ -113,8 +120,10 @@ Pose toOptical(CameraAxes axes) {
 
 }  // namespace
 
-PoseSource::PoseSource(const InputConfig& config, const tf2::BufferCore& tf)
-    : config_(checkedWithoutSlashes(config)), tf_(tf) {
+PoseSource::PoseSource(const InputConfig& config, const tf2::BufferCore& tf,
+                       const TransformHistory* history)
+    : config_(config), tf_(tf), history_(history) {
+  checkInput(config_);
   if (config_.trajectory.empty()) return;
   trajectory_ = loadTumTrajectory(config_.trajectory.string());
   parent_frame_ = config_.world_frame;
@@ -132,8 +141,8 @@ void PoseSource::addPose(const std_msgs::Header& header, const std::string& chil
   const Stamp stamp = toStamp(header.stamp);
   const std::lock_guard<std::mutex> lock(mutex_);
   trajectory_.add(stamp, T_parent_child);
-  parent_frame_ = stripSlash(header.frame_id);
-  child_frame_ = stripSlash(child_frame);
+  parent_frame_ = stripLeadingSlash(header.frame_id);
+  child_frame_ = stripLeadingSlash(child_frame);
 }
 
 void PoseSource::addTransform(const geometry_msgs::TransformStamped& transform) {
@@ -153,7 +162,7 @@ void PoseSource::failType(const std::string& type) const {
 }
 
 PoseSource::Answer PoseSource::lookUp(const std::string& camera_frame, Stamp stamp) const {
-  const std::string frame = stripSlash(camera_frame);
+  const std::string frame = stripLeadingSlash(camera_frame);
   Answer answer;
   if (frame.empty() && usesTf()) {
     answer.why_not =
@@ -165,6 +174,8 @@ PoseSource::Answer PoseSource::lookUp(const std::string& camera_frame, Stamp sta
   answer = usesTf() ? lookUpTf(config_.world_frame, frame, stamp) : lookUpTrajectory(frame, stamp);
   if (answer.T_world_camera) {
     answer.T_world_camera = *answer.T_world_camera * toOptical(config_.camera_axes);
+  } else if (answer.reason.empty()) {
+    answer.reason = usesTf() ? "no transform" : "no pose";
   }
   return answer;
 }
@@ -175,7 +186,8 @@ PoseSource::Answer PoseSource::lookUpTf(const std::string& target, const std::st
   try {
     answer.T_world_camera =
         ros_interface::toPose(tf_.lookupTransform(target, source, toRosTime(stamp)).transform);
-    return answer;
+    const auto hole = findHole(target, source, stamp);
+    return hole ? explainHole(*hole, stamp, config_.max_tf_gap_s) : answer;
   } catch (const std::exception&) {
     answer.why_not = "no transform from '" + source + "' to '" + target + "' at stamp " +
                      formatSeconds(stamp.seconds()) + " s: ";
@@ -188,6 +200,36 @@ PoseSource::Answer PoseSource::lookUpTf(const std::string& target, const std::st
                       (answer.is_final ? ", so it begins later, or was lost for a while" : "");
   }
   return answer;
+}
+
+std::optional<TransformHistory::Gap> PoseSource::findHole(const std::string& target,
+                                                          const std::string& source,
+                                                          Stamp stamp) const {
+  if (history_ == nullptr) return std::nullopt;
+  const auto gap = history_->findGap(tf_, target, source, stamp);
+  if (!gap || gap->length_s <= config_.max_tf_gap_s || !hasMoved(target, source, *gap)) {
+    return std::nullopt;
+  }
+  if (gap->length_s > kHoleInSpacings * gap->usual_s) return gap;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  slow_link_ = "tf has '" + gap->child + "' only about every " + formatSeconds(gap->usual_s) +
+               " s: the camera's poses between are interpolated; publish it more often where the "
+               "map is blurred";
+  return std::nullopt;
+}
+
+bool PoseSource::hasMoved(const std::string& target, const std::string& source,
+                          const TransformHistory::Gap& gap) const {
+  try {
+    const auto lookUpAt = [&](Stamp stamp) {
+      return ros_interface::toPose(tf_.lookupTransform(target, source, toRosTime(stamp)).transform);
+    };
+    const Pose T_before_after = lookUpAt(gap.before).inverse() * lookUpAt(gap.after);
+    return T_before_after.translation().norm() > kStandstill_m ||
+           Eigen::AngleAxisd(T_before_after.linear()).angle() > kStandstill_rad;
+  } catch (const std::exception&) {
+    return true;  // another link is not known there
+  }
 }
 
 PoseSource::Answer PoseSource::lookUpTrajectory(const std::string& camera_frame,
@@ -253,15 +295,17 @@ std::string PoseSource::sourceName() const {
 }
 
 std::string PoseSource::note() const {
-  if (!usesTopic()) return "";
   std::string parent;
+  std::string slow_link;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     parent = parent_frame_;
+    slow_link = slow_link_;
   }
+  if (!usesTopic()) return slow_link;
   const bool is_taken_as_world = !parent.empty() && parent != config_.world_frame &&
                                  !isConnected(tf_, config_.world_frame, parent);
-  if (!is_taken_as_world) return "";
+  if (!is_taken_as_world) return slow_link;
   return "poses on " + config_.pose_topic + " are in frame '" + parent +
          "', which tf does not link to world_frame '" + config_.world_frame +
          "': they are taken as poses in the latter; set input/world_frame to '" + parent +

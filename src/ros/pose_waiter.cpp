@@ -43,9 +43,8 @@ void PoseWaiter::push(std::shared_ptr<RgbdFrame> frame, const std::string& camer
   }
   changed_.notify_all();
   if (!dropped) return;
-  on_drop_(Reason::kQueueFull,
-           "too many frames wait for their pose; of the oldest: " +
-               poses_.lookUp(dropped->camera_frame, dropped->frame->stamp).why_not);
+  on_drop_(kQueueFull, "too many frames wait for their pose; of the oldest: " +
+                           poses_.lookUp(dropped->camera_frame, dropped->frame->stamp).why_not);
 }
 
 void PoseWaiter::notifyNews() {
@@ -90,7 +89,7 @@ bool PoseWaiter::advance(std::unique_lock<std::mutex>& lock) {
     waiting.frame->T_world_camera = *answer.T_world_camera;
     on_frame_(waiting.frame);
   } else {
-    on_drop_(Reason::kNoPose, answer.why_not);
+    on_drop_(answer.reason, answer.why_not);
   }
   lock.lock();
   return true;

@@ -44,11 +44,12 @@ class RgbdBag::Implementation {
       : config_(withAbsoluteTopics(config)),
         bags_(paths),
         tf_(::ros::Duration(kTfMemory_s)),
-        poses_(config_, tf_) {
+        tf_history_(kTfMemory_s),
+        poses_(config_, tf_, &tf_history_) {
     topics_.color = requireImages(config_.color_topic, "color");
     topics_.depth = requireImages(config_.depth_topic, "depth");
     topics_.camera_info = config_.camera_info_topic;
-    if (config_.intrinsics.empty()) {
+    if (config_.intrinsics.isEmpty()) {
       requireTopic(config_.camera_info_topic,
                    "; --camera-info-topic names another, --intrinsics "
                    "gives the numbers");
@@ -151,7 +152,10 @@ class RgbdBag::Implementation {
   }
 
   void addTransform(const geometry_msgs::TransformStamped& transform, bool is_static) {
-    if (!is_static) checkStamp(transform.header.stamp, "/tf");
+    if (!is_static) {
+      checkStamp(transform.header.stamp, "/tf");
+      tf_history_.add(transform);
+    }
     tf_.setTransform(transform, "bag", is_static);
   }
 
@@ -190,7 +194,7 @@ class RgbdBag::Implementation {
     callbacks.on_jump_back = [this] { newest_ = {}; };
     callbacks.on_image = [](bool, const void*) {};
     assembler_ = std::make_unique<FrameAssembler>(config_, topics_, std::move(callbacks));
-    if (!config_.intrinsics.empty()) return;
+    if (!config_.intrinsics.isEmpty()) return;
     // The first camera_info holds for the images before it, too.
     bags_.forEach({topics_.camera_info}, [this](const rosbag::MessageInstance& message) {
       sensor_msgs::CameraInfoConstPtr info;
@@ -259,7 +263,7 @@ class RgbdBag::Implementation {
     RgbdFrame& frame = *pending.assembled.frame;
     const auto answer = poses_.lookUp(pending.assembled.camera_frame, frame.stamp);
     if (!answer.T_world_camera) {
-      drop(poses_.reason(), "dropped a frame: " + answer.why_not, 1);
+      drop(answer.reason, "dropped a frame: " + answer.why_not, 1);
       return true;
     }
     frame.T_world_camera = *answer.T_world_camera;
@@ -294,6 +298,7 @@ class RgbdBag::Implementation {
   const InputConfig config_;
   BagSet bags_;
   tf2::BufferCore tf_;
+  TransformHistory tf_history_;
   PoseSource poses_;
   InputTopics topics_;
   std::size_t num_color_ = 0;

@@ -12,6 +12,8 @@ constexpr std::size_t kColor = 0;
 constexpr std::size_t kDepth = 1;
 // Seconds without any colour image after which no partner is waited for.
 constexpr int kQuietChecks = 3;
+// tf2's buffer forgets what is older than 10 s.
+constexpr double kTfMemory_s = 12.0;
 constexpr auto kFindingsPeriod = std::chrono::seconds(3);
 
 PoseWaiter::Options toWaiterOptions(const InputConfig& config) {
@@ -36,22 +38,23 @@ RgbdInput::RgbdInput(const ::ros::NodeHandle& handle, const InputConfig& config,
                                        *plausibility, config.sync_tolerance_s)
                                  : nullptr),
       watch_(report, config.patience_s),
-      poses_(config, tf_buffer_),
+      tf_history_(kTfMemory_s),
+      poses_(config, tf_buffer_, &tf_history_),
       pose_waiter_(
           poses_, toWaiterOptions(config), [] { return ::ros::Time::now().toSec(); },
           [this](RgbdFramePtr frame) {
             if (plausibility_) plausibility_->addFrame(*frame);
             callbacks_.on_frame(std::move(frame));
           },
-          [this](PoseWaiter::Reason reason, const std::string& text) {
-            const bool is_full = reason == PoseWaiter::Reason::kQueueFull;
-            report_.countDropped(is_full ? "pose queue full" : poses_.reason(),
-                                 "dropped a frame: " + text);
+          [this](const std::string& reason, const std::string& text) {
+            report_.countDropped(reason, "dropped a frame: " + text);
           }),
       assembler_(std::make_unique<FrameAssembler>(config, resolveTopics(handle),
                                                   makeAssemblerCallbacks())) {
   tf_changed_ = tf_buffer_._addTransformsChangedListener([this] { pose_waiter_.notifyNews(); });
-  tf_listener_ = std::make_unique<tf2_ros::TransformListener>(tf_buffer_);
+  tf_feed_ = std::make_unique<TransformFeed>(
+      tf_buffer_, tf_history_,
+      [this](const std::string& text) { report_.countDropped("bad transform", text); });
   subscribe(handle);
 }
 
@@ -60,7 +63,7 @@ RgbdInput::~RgbdInput() {
   depth_->shutdown();
   info_.shutdown();
   pose_.shutdown();
-  tf_listener_.reset();  // joins the thread that notifies the waiter
+  tf_feed_.reset();  // joins the thread that notifies the waiter
 }
 
 InputTopics RgbdInput::resolveTopics(const ::ros::NodeHandle& handle) const {
@@ -102,7 +105,7 @@ void RgbdInput::subscribe(const ::ros::NodeHandle& handle) {
   });
   watch_.add(color_->subscriber(), config_.color_topic, "sensor_msgs/Image");
   watch_.add(depth_->subscriber(), config_.depth_topic, "sensor_msgs/Image");
-  if (config_.intrinsics.empty()) subscribeCameraInfo(handle);
+  if (config_.intrinsics.isEmpty()) subscribeCameraInfo(handle);
   if (poses_.usesTopic()) subscribePoses(handle);
 }
 
@@ -142,6 +145,7 @@ void RgbdInput::addPose(const topic_tools::ShapeShifter& message) {
 void RgbdInput::jumpBack() {
   report_.countDropped("time jumped back", "", pose_waiter_.clear());
   tf_buffer_.clear();
+  tf_history_.clear();
   poses_.clear();
   callbacks_.on_jump_back();
 }
@@ -171,7 +175,7 @@ void RgbdInput::check() {
   lookForCompressed(*depth_, kDepth);
   watch_.check();
   poses_.forgetOld();
-  if (const std::string note = poses_.note(); !note.empty()) report_.warn("pose frame", note);
+  if (const std::string note = poses_.note(); !note.empty()) report_.warn("poses", note);
   const auto now = std::chrono::steady_clock::now();
   if (now - newest_findings_ > kFindingsPeriod) {
     newest_findings_ = now;

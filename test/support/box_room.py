@@ -142,8 +142,8 @@ class Recording:
     """A RealSense's bag; tests change what they want wrong by the hooks' arguments.
 
     stamp: index -> seconds of the colour image; depth_delay: index -> seconds that depth is later (None:
-    no depth image); depth_units_per_m, depth_encoding; frame_id; info_at: indices with a camera_info;
-    pose: 'tf', 'odometry', 'pose' or None; links: [(parent, child, T)] on /tf_static; T_pose_camera: the
+    no depth image); depth_units_per_m, depth_encoding; frame_id; info_at: indices with a camera_info; pose_at: with a
+    pose; pose: 'tf', 'odometry', 'pose' or None; links: [(parent, child, T)] on /tf_static; T_pose_camera: the
     moving tf frame or pose is not the camera itself; compressed; depth_size; segmentation: indices.
     """
 
@@ -153,7 +153,7 @@ class Recording:
         self.depth_delay = lambda index: 0.0
         self.depth_units_per_m, self.depth_encoding = 1000.0, "16UC1"
         self.frame_id = self.depth_frame_id = CAMERA_FRAME
-        self.info_at = range(NUM_FRAMES)
+        self.info_at = self.pose_at = range(NUM_FRAMES)
         self.pose, self.pose_topic, self.world_frame = "tf", "/odom", "world"
         self.moving_frame, self.T_moving_camera, self.links = CAMERA_FRAME, np.eye(4), []
         self.compressed = False
@@ -183,7 +183,8 @@ class Recording:
         header.stamp, header.frame_id = stamp, self.frame_id
         T = pose_at(index)
         color, depth, labels = render(T)
-        self.write_pose(bag, recorded, stamp, T @ np.linalg.inv(self.T_moving_camera))
+        if index in self.pose_at:
+            self.write_pose(bag, recorded, stamp, T @ np.linalg.inv(self.T_moving_camera))
         if index in self.info_at:
             bag.write(self.info_topic, to_camera_info(header, distortion=self.distortion), recorded)
         if self.compressed:

@@ -37,10 +37,12 @@ class BagInputs(unittest.TestCase):
     def run_on(cls, name, bags, *options):
         bags = bags if isinstance(bags, list) else [bags]
         output = cls.folder / f"map_{name}"
+        if "--config" not in options:
+            options = ["--config", cls.folder / "config.yaml", *options]
         done = subprocess.run(
             [str(PROGRAMS / "process_bag"), "--bag", *map(str, bags), "--object-tasks",
              str(cls.folder / "tasks.yaml"), "--place-tasks", str(cls.folder / "places.yaml"),
-             "--config", str(cls.folder / "config.yaml"), "--output", str(output),
+             "--output", str(output),
              *map(str, options)],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True, timeout=300)
         return output, done
@@ -132,8 +134,12 @@ class BagInputs(unittest.TestCase):
     def test_frame_that_is_not_optical_is_turned(self):
         R = np.eye(4)
         R[:3, :3] = OPTICAL_IN_BODY[:3, :3]
-        self.assert_same_map(self.process("axes", "--camera-axes", "body", "--camera-frame",
-                                          "camera_link", moving_frame="camera_link", T_moving_camera=R))
+        bag = self.record("axes", moving_frame="camera_link", T_moving_camera=R)
+        for name in ("body", "flu", "ros"):
+            self.assert_same_map(self.run_on(f"axes_{name}", bag, "--camera-axes", name, "--camera-frame",
+                                             "camera_link"))
+        self.assert_refused(self.run_on("axes_bad", bag, "--camera-axes", "forward"), "camera_axes", "forward",
+                            "optical, opengl, body")
 
     def test_frame_of_the_camera_may_be_named(self):
         self.assert_same_map(self.process("named", "--camera-frame", "head",
@@ -150,6 +156,14 @@ class BagInputs(unittest.TestCase):
     def test_slash_before_a_frame_changes_nothing(self):
         self.assert_same_map(self.process("slash", "--world-frame", "/world",
                                           frame_id="/" + box_room.CAMERA_FRAME))
+
+    def test_hole_in_tf_is_counted_and_named(self):
+        # No transform from 0.8 to 2.3 s, while images go on.
+        output, done = self.process("hole", pose_at=[*range(9), *range(23, 30)])
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(self.drops(output)["hole in tf"], 14)
+        self.assertIn("input/max_tf_gap_s", done.stderr)
+        self.assert_same_map(self.run_on("no_hole", self.folder / "hole.bag", "--max-tf-gap", "2"))
 
     # Stamps
 
@@ -194,6 +208,16 @@ class BagInputs(unittest.TestCase):
         path.write_text(f"{box_room.FX} 0 {box_room.CX}\n0 {box_room.FY} {box_room.CY}\n0 0 1\n")
         self.assert_same_map(self.process("matrix", "--intrinsics", path, info_at=[]))
         self.assert_refused(self.process("no_info", info_at=[]), box_room.INFO, "--intrinsics")
+
+    def test_file_of_intrinsics_lies_beside_the_configuration_that_names_it(self):
+        folder = self.folder / "robot"
+        folder.mkdir()
+        (folder / "K.txt").write_text(f"{box_room.FX} {box_room.FY} {box_room.CX} {box_room.CY}\n")
+        (folder / "my.yaml").write_text(CONFIG + "input: {intrinsics: K.txt}\n")
+        bag = self.record("beside", info_at=[])
+        self.assert_same_map(self.run_on("beside", bag, "--config", folder / "my.yaml"))
+        (folder / "K.txt").unlink()
+        self.assert_refused(self.run_on("gone", bag, "--config", folder / "my.yaml"), str(folder / "K.txt"))
 
     def test_distortion_is_warned_of_and_can_be_removed(self):
         distortion = [0.05, 0.0, 0.0, 0.0, 0.0]

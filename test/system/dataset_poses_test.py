@@ -10,14 +10,14 @@ from PIL import Image
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from dataset_folder import (BoxRoom, Folder, ReplicaFolder, ScanNetFolder, ThreeDMatchFolder,  # noqa: E402
                             TumFolder, number_lines, pose, trajectory_line)
-from datasets.conventions import T_AXES_OPTICAL, PoseConvention  # noqa: E402
+from datasets.conventions import AXES_NAMES, T_AXES_OPTICAL, PoseConvention  # noqa: E402
 from datasets.rotation import from_quaternion  # noqa: E402
 
 ROOM = BoxRoom()
 SHARED = os.environ.get("TSG_SHARED", "")
 
 
-def to_given(T_world_camera, axes="opencv", direction="camera-to-world", scale_m=1.0):
+def to_given(T_world_camera, axes="optical", direction="camera-to-world", scale_m=1.0):
     """What a folder of another convention holds for a pose."""
     T = T_world_camera @ np.linalg.inv(T_AXES_OPTICAL[axes])
     T = np.linalg.inv(T) if direction == "world-to-camera" else T
@@ -29,7 +29,7 @@ def to_given(T_world_camera, axes="opencv", direction="camera-to-world", scale_m
 class Conventions(ThreeDMatchFolder):
     def test_known_axes(self):
         """A camera at the origin that looks along the world's x axis, z up."""
-        T = PoseConvention("flu").to_camera_to_world(np.eye(4))
+        T = PoseConvention("body").to_camera_to_world(np.eye(4))
         np.testing.assert_array_equal(T[:3, :3] @ [0, 0, 1], [1, 0, 0])  # forward
         np.testing.assert_array_equal(T[:3, :3] @ [1, 0, 0], [0, -1, 0])  # right
         np.testing.assert_array_equal(T[:3, :3] @ [0, 1, 0], [0, 0, -1])  # down
@@ -39,10 +39,10 @@ class Conventions(ThreeDMatchFolder):
 
     def test_every_convention_comes_back_to_camera_to_world(self):
         self.write_frames(3)
-        for axes in ("opencv", "opengl", "flu", "ros"):
-            for direction in ("camera-to-world", "world-to-camera"):
+        for axes in AXES_NAMES:
+            for direction in ("camera-to-world", "world-to-camera", "world_to_camera"):
                 for i in range(3):
-                    given = to_given(pose(i), "flu" if axes == "ros" else axes, direction, 0.01)
+                    given = to_given(pose(i), AXES_NAMES[axes], direction.replace("_", "-"), 0.01)
                     self.write(f"frame-{i:06d}.pose.txt", number_lines(given))
                 messages = self.convert("--camera-axes", axes, "--poses", direction,
                                         "--pose-scale", "0.01")
@@ -118,7 +118,7 @@ class NeighbouringFrames(Folder):
         self.expect_silent("--stride", "5")
 
     def test_other_axes_are_named(self):
-        for axes in ("opengl", "flu"):
+        for axes in ("opengl", "body"):
             self.write_room(axes=axes)
             warning = self.expect_named(f"--camera-axes {axes}")
             self.assertNotIn("--poses", warning)
@@ -137,7 +137,7 @@ class NeighbouringFrames(Folder):
 
     def test_options_that_are_wrong_are_named_too(self):
         self.write_room()
-        self.expect_named("--camera-axes opencv", arguments=["--camera-axes", "opengl"])
+        self.expect_named("--camera-axes optical", arguments=["--camera-axes", "opengl"])
         self.expect_named("--poses camera-to-world", arguments=["--poses", "world-to-camera"])
 
     def test_depth_in_another_unit_is_named(self):
@@ -227,7 +227,7 @@ class RealRecordings(Folder):
             few = ["--stride", str(200 // step)]  # to write; the check looks at those between, too
             self.convert(*few)
             self.assertEqual(self.warnings(), [])
-            self.expect_warning("--camera-axes opencv by", *few, "--camera-axes", "opengl")
+            self.expect_warning("--camera-axes optical by", *few, "--camera-axes", "opengl")
             self.expect_warning("--poses camera-to-world by", *few, "--poses", "world-to-camera")
             self.expect_warning("--depth-scale 1000 by", *few, "--depth-scale", "5000")
 

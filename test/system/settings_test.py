@@ -116,6 +116,43 @@ class OrderOfSources(LiveTest):
         self.assertEqual(settings["tracker/input/camera_frame"][0], "eye")
         self.assertEqual(settings["mesh_fusion/output"], ("", "parameter server"))
 
+    def test_topics_of_launch_arguments_win_over_the_file_only_where_they_were_given(self):
+        config = self.write("my.yaml", "input: {color_topic: /file/color, depth_topic: /file/depth,\n"
+                                       "        segmentation_topic: /file/segments}\n"
+                                       "mesh_fusion: {input: {color_topic: /file/own}}\n")
+        self.launch("config:=%s" % config, "color_topic:=/given/color", "segmentation_topic:=/given/segments")
+        settings = self.settings()
+        for stage in ("segmenter", "tracker", "mesh_fusion"):
+            self.assertEqual(settings[stage + "/input/color_topic"], ("/given/color", "parameter server"))
+            self.assertEqual(settings[stage + "/input/segmentation_topic"][0], "/given/segments")
+            self.assertEqual(settings[stage + "/input/depth_topic"], ("/file/depth", "file '%s'" % config))
+        for topic in ("/given/color", "/given/segments", "/file/depth", "/camera/color/camera_info"):
+            self.assertIn(NODE, self.subscribers(topic), topic)
+        for topic in ("/file/color", "/file/own", "/file/segments", "/camera/color/image_raw"):
+            self.assertEqual(self.subscribers(topic), "", topic)
+
+    def subscribers(self, topic):
+        done = self.session.run("rostopic", "info", topic)
+        return done.stdout.partition("Subscribers:")[2] if done.returncode == 0 else ""
+
+    def test_topics_reach_the_chain_through_every_launch_file(self):
+        given = ["%s_topic:=/given/%s" % (name, name) for name in ("color", "depth", "camera_info", "segmentation")]
+        for name in ("demo", "clio_dataset"):
+            done = self.session.run("roslaunch", "--dump-params", "task_scene_graph", name + ".launch", "bag:=x.bag",
+                                    "object_tasks:=%s" % TASKS, "rviz:=false", *given)
+            parameters = yaml.safe_load(done.stdout)
+            for topic in ("color", "depth", "camera_info", "segmentation"):
+                self.assertEqual(parameters["%s/input/%s_topic" % (NODE, topic)], "/given/" + topic, name)
+
+    def test_slash_before_a_frame_is_taken_off_in_every_stage(self):
+        config = self.write("my.yaml", "input: {camera_frame: /eye}\nmesh_fusion: {input: {pose_frame: /body}}\n")
+        self.launch("config:=%s" % config, "world_frame:=/map")
+        settings = self.settings()
+        for name in ("tracker/input/world_frame", "mesh_fusion/input/world_frame", "scene_graph/world_frame"):
+            self.assertEqual(settings[name][0], "map", name)
+        self.assertEqual(settings["tracker/input/camera_frame"][0], "eye")
+        self.assertEqual(settings["mesh_fusion/input/pose_frame"][0], "body")
+
     def test_without_any_word_the_map_goes_to_the_home_folder(self):
         self.launch()
         self.assertEqual(self.settings()["scene_graph/output"],
@@ -444,6 +481,33 @@ class Effective(unittest.TestCase):
         for name, (value, _) in built_in.items():
             if not name.endswith("/output"):  # the launch file's: a folder in the home folder
                 self.assertEqual(packaged[name][0], value, name)
+
+    def effective(self, name, text):
+        config = self.folder / "folder" / "my.yaml"
+        config.parent.mkdir(exist_ok=True)
+        config.write_text(text)
+        done = self.run_program("--effective", "--config", config, "--value", name)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stdout.rstrip("\n")
+
+    def test_intrinsics_are_numbers_or_a_file_beside_the_configuration(self):
+        for stage in ("segmenter", "tracker", "mesh_fusion"):
+            name = stage + "/input/intrinsics"
+            self.assertEqual(self.effective(name, "input: {intrinsics: K.yaml}\n"), str(self.folder / "folder/K.yaml"))
+            self.assertEqual(self.effective(name, "input: {intrinsics: ../K.yaml}\n"), str(self.folder / "K.yaml"))
+            self.assertEqual(self.effective(name, "input: {intrinsics: ~/K.yaml}\n"),
+                             os.path.join(os.path.expanduser("~"), "K.yaml"))
+            self.assertEqual(self.effective(name, "input: {intrinsics: '500, 500, 320.5, 2.4e2'}\n"),
+                             "500, 500, 320.5, 2.4e2")
+
+    def test_choices_have_one_name_and_go_by_others(self):
+        for text, axes in (("optical", "optical"), ("opencv", "optical"), ("opengl", "opengl"), ("body", "body"),
+                           ("flu", "body"), ("ros", "body")):
+            self.assertEqual(self.effective("tracker/input/camera_axes", "input: {camera_axes: %s}\n" % text), axes)
+        self.assertEqual(self.effective("tracker/input/pose_direction",
+                                        "input: {pose_direction: world-to-camera}\n"), "world_to_camera")
+        self.assertEqual(self.effective("tracker/input/match_size", "input: {match_size: color-to-depth}\n"),
+                         "color_to_depth")
 
     def test_wrong_combinations_are_usage_errors(self):
         self.assertEqual(self.run_program("--node", "/x", "--config", "y").returncode, 2)

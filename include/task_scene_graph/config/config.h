@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -49,6 +50,17 @@ namespace internal {
 std::string formatNumber(double value);
 std::string formatRange(Range range);
 std::string joinPath(const std::string& path, const std::string& name);
+/// The name of a choice as people write it: "color-to-depth" is "color_to_depth".
+std::string toChoiceName(std::string text);
+
+/// The first name of a choice; "" if it has none.
+template <typename Enum>
+std::string findChoiceName(Enum value, const Choices<Enum>& choices) {
+  for (const auto& [text, option] : choices) {
+    if (option == value) return text;
+  }
+  return "";
+}
 
 template <typename T>
 struct TypeName;
@@ -71,6 +83,10 @@ struct TypeName<std::string> {
 template <>
 struct TypeName<std::filesystem::path> {
   static constexpr const char* value = "path";
+};
+template <>
+struct TypeName<NumbersOrPath> {
+  static constexpr const char* value = "numbers or path";
 };
 template <>
 struct TypeName<std::vector<std::string>> {
@@ -115,6 +131,7 @@ class Loader {
     noteOrigin(name);
   }
   void field(const char* name, std::filesystem::path& value, Range, const char*, const char*);
+  void field(const char* name, NumbersOrPath& value, Range, const char*, const char*);
 
   template <typename Enum>
   void choice(const char* name, Enum& value, const Choices<Enum>& choices, const char*) {
@@ -122,7 +139,7 @@ class Loader {
     if (!node.IsDefined()) return;
     std::string names;
     for (const auto& [text, option] : choices) {
-      if (node.IsScalar() && node.Scalar() == text) {
+      if (node.IsScalar() && toChoiceName(node.Scalar()) == text) {
         value = option;
         return noteOrigin(name);
       }
@@ -143,6 +160,8 @@ class Loader {
  private:
   Loader(const Loader& parent, const YAML::Node& map, const std::string& group);
   void checkIsMap();
+  /// A path relative to the source's folder; reports what is none.
+  std::optional<std::filesystem::path> expand(const std::string& name, const std::string& text);
   YAML::Node take(const std::string& name);
   void noteOrigin(const std::string& name);
   void report(const std::string& problem) const;
@@ -216,15 +235,15 @@ class Writer {
   void field(const char* name, const T& value, Range, const char*, const char*) {
     if constexpr (std::is_same_v<T, std::filesystem::path>) {
       map[name] = value.string();
+    } else if constexpr (std::is_same_v<T, NumbersOrPath>) {
+      map[name] = value.text;
     } else {
       map[name] = value;
     }
   }
   template <typename Enum>
   void choice(const char* name, const Enum& value, const Choices<Enum>& choices, const char*) {
-    for (const auto& [text, option] : choices) {
-      if (option == value) map[name] = text;
-    }
+    map[name] = findChoiceName(value, choices);
   }
   template <typename Config>
   void group(const char* name, const Config& config) {
@@ -249,6 +268,8 @@ class Documenter {
       text = '"' + value + '"';
     } else if constexpr (std::is_same_v<T, std::filesystem::path>) {
       text = '"' + value.string() + '"';
+    } else if constexpr (std::is_same_v<T, NumbersOrPath>) {
+      text = '"' + value.text + '"';
     } else if constexpr (std::is_same_v<T, std::vector<double>>) {
       for (const double item : value) text += (text.empty() ? "" : ", ") + formatNumber(item);
       text = '[' + text + ']';
@@ -261,9 +282,8 @@ class Documenter {
   }
   template <typename Enum>
   void choice(const char* name, const Enum& value, const Choices<Enum>& choices, const char* doc) {
-    FieldDoc row{joinPath(path_, name), "choice", "", "", "", doc};
+    FieldDoc row{joinPath(path_, name), "choice", findChoiceName(value, choices), "", "", doc};
     for (const auto& [text, option] : choices) {
-      if (option == value) row.default_value = text;
       row.range += (row.range.empty() ? "" : ", ") + text;
     }
     rows_.push_back(row);

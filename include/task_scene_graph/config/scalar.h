@@ -5,6 +5,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 /// What the text of a YAML scalar means: one answer for files, which are read as text, and for the
 /// parameter server, whose values rosparam (PyYAML, YAML 1.1) or roscpp have parsed before.
@@ -18,6 +19,10 @@ std::optional<double> parseNumber(const std::string& text);
 /// A whole number, which may be written as one of parseNumber's ("2.0", "1e3"). Nothing for
 /// fractions and what does not fit into an int.
 std::optional<int> parseInteger(const std::string& text);
+
+/// Numbers, as strtod reads them, apart by blanks, commas, semicolons or brackets; nothing if there
+/// is anything else. No number in an empty text.
+std::optional<std::vector<double>> parseNumbers(std::string text);
 
 /// true, yes, on, y or false, no, off, n, each in lower case, upper case or with a capital.
 std::optional<bool> parseBool(const std::string& text);

@@ -52,6 +52,7 @@ std::string toYamlText(int value);
 std::string toYamlText(double value);
 std::string toYamlText(const std::string& value);
 std::string toYamlText(const std::filesystem::path& value);
+std::string toYamlText(const NumbersOrPath& value);
 template <typename T>
 std::string toYamlText(const std::vector<T>& values) {
   std::string text;
@@ -71,9 +72,7 @@ class SettingLister {
   }
   template <typename Enum>
   void choice(const char* name, const Enum& value, const Choices<Enum>& choices, const char*) {
-    for (const auto& [text, option] : choices) {
-      if (option == value) return add(name, text);
-    }
+    add(name, findChoiceName(value, choices));
   }
   template <typename Config>
   void group(const char* name, const Config& config) {

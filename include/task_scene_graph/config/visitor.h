@@ -22,13 +22,22 @@
 ///
 /// The visitors of config.h load, check, print and document any such struct. Field types: bool,
 /// int, double, std::string, std::filesystem::path (read as expandPath() does, relative to the
-/// folder of what gives it), std::vector<std::string>, std::vector<double>. Ranges are inclusive
-/// and only checked for numbers.
+/// folder of what gives it), NumbersOrPath, std::vector<std::string>, std::vector<double>. Ranges
+/// are inclusive and only checked for numbers. Of several names of one choice the first is what is
+/// printed; `-` in a choice is read as `_`.
 namespace tsg::config {
 
 struct Range {
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
+};
+
+/// Numbers apart by blanks, commas or brackets, or else the path of a file that holds them, read as
+/// std::filesystem::path is.
+struct NumbersOrPath {
+  std::string text;
+
+  bool isEmpty() const { return text.empty(); }
 };
 
 template <typename Enum>

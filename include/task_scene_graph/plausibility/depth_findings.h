@@ -16,11 +16,11 @@ struct DepthUnit {
   std::string users;  ///< who writes it
 };
 
-/// The known units between two lengths, metres; that which brings `median_units` (a raw reading)
-/// nearest to 2 m comes first.
-std::vector<DepthUnit> findDepthUnits(double low_m, double high_m, double median_units);
+/// The known units between two lengths, metres; those that differ least from `likely_m`, as a
+/// ratio, come first.
+std::vector<DepthUnit> findDepthUnits(double low_m, double high_m, double likely_m);
 
-/// "0.0002 (TUM datasets) or 0.00025 (RealSense L515)": the first three.
+/// "0.0002 (TUM datasets) or 0.00025 (RealSense L515)".
 std::string listUnits(const std::vector<DepthUnit>& units);
 
 /// Whether there are readings, and in the range that maps are made of. `metres_per_unit`: of the

@@ -25,8 +25,7 @@ enum class MatchSize {
 };
 
 /// What the robot's camera gives, live and in bags alike: section `input` of the configuration.
-/// Topic names without a leading slash lie in the stage's namespace (launch files remap them), in a
-/// bag at the root.
+/// Topic names without a leading slash lie in the stage's namespace, in a bag at the root.
 struct InputConfig {
   std::string world_frame = "world";
   std::string camera_frame;
@@ -36,7 +35,7 @@ struct InputConfig {
   std::string segmentation_topic = "segmentation";
   double sync_tolerance_s = 0.02;
   double depth_scale = 0.0;
-  std::string intrinsics;
+  config::NumbersOrPath intrinsics;
   bool rectify = false;
   MatchSize match_size = MatchSize::kNone;
   std::string pose_topic;
@@ -45,6 +44,7 @@ struct InputConfig {
   PoseDirection pose_direction = PoseDirection::kCameraToWorld;
   CameraAxes camera_axes = CameraAxes::kOptical;
   double max_pose_gap_s = 0.5;
+  double max_tf_gap_s = 0.5;
   int queue_size = 60;
   double tf_timeout_s = 1.0;
   double patience_s = 5.0;
@@ -93,15 +93,23 @@ struct InputConfig {
               {"world_to_camera", PoseDirection::kWorldToCamera}},
              "what the poses of pose_topic or trajectory map: camera coordinates to world "
              "coordinates, or the reverse");
-    v.choice("camera_axes", self.camera_axes,
-             {{"optical", CameraAxes::kOptical},
-              {"opengl", CameraAxes::kOpenGl},
-              {"body", CameraAxes::kBody}},
-             "axes of the camera's frame: optical (x right, y down, z forward), opengl (x right, y "
-             "up, z backward) or body (x forward, y left, z up)");
+    v.choice(
+        "camera_axes", self.camera_axes,
+        {{"optical", CameraAxes::kOptical},
+         {"opengl", CameraAxes::kOpenGl},
+         {"body", CameraAxes::kBody},
+         {"opencv", CameraAxes::kOptical},
+         {"flu", CameraAxes::kBody},
+         {"ros", CameraAxes::kBody}},
+        "axes of the camera's frame: optical or opencv (x right, y down, z forward), opengl (x "
+        "right, y up, z backward), body, flu or ros (x forward, y left, z up)");
     v.field(
         "max_pose_gap_s", self.max_pose_gap_s, {0.0, 3600.0}, "s",
         "poses of pose_topic or trajectory that are further apart are not interpolated between");
+    v.field(
+        "max_tf_gap_s", self.max_tf_gap_s, {0.01, 3600.0}, "s",
+        "frames in a longer hole of tf are dropped where the camera moved meanwhile, unless the "
+        "link that has the hole is always published so seldom");
     v.field("queue_size", self.queue_size, {1, 10000}, "messages",
             "images that wait for their partner, frames that wait for a pose");
     v.field("tf_timeout_s", self.tf_timeout_s, {0.0, 60.0}, "s",

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "task_scene_graph/config/config.h"
+#include "task_scene_graph/ros/frame_names.h"
 
 /// Where the parameters of a stage come from, weakest first:
 ///
@@ -54,9 +55,9 @@ struct Loaded {
 template <typename Config>
 using Suggest = std::function<std::vector<config::Source>(const Config&)>;
 
-/// Puts the sources of one stage together. @throws config::ConfigError with all violations, each
-/// naming the parameter and its source: unknown names (with the nearest known one), wrong types,
-/// values out of range.
+/// Puts the sources of one stage together. Names of frames lose a leading slash. @throws
+/// config::ConfigError with all violations, each naming the parameter and its source: unknown names
+/// (with the nearest known one), wrong types, values out of range.
 template <typename Config>
 Loaded<Config> loadStage(const StageSources& sources, const std::string& where,
                          const Suggest<Config>& suggest = nullptr) {
@@ -68,10 +69,12 @@ Loaded<Config> loadStage(const StageSources& sources, const std::string& where,
   };
   Loaded<Config> loaded;
   loaded.config = config::load(join({}), where, Config{}, &loaded.origins);
-  if (!suggest) return loaded;
-  const auto suggested = suggest(loaded.config);
-  if (suggested.empty()) return loaded;
-  loaded.config = config::load(join(suggested), where, Config{}, &loaded.origins);
+  if (suggest) {
+    const auto suggested = suggest(loaded.config);
+    loaded.config = config::load(join(suggested), where, Config{}, &loaded.origins);
+  }
+  FrameNameCleaner cleaner;
+  Config::visit(loaded.config, cleaner);
   return loaded;
 }
 

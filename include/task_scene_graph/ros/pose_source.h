@@ -15,6 +15,7 @@
 
 #include "task_scene_graph/core/trajectory.h"
 #include "task_scene_graph/ros/input_config.h"
+#include "task_scene_graph/ros/transform_history.h"
 
 namespace tsg::ros_interface {
 
@@ -27,8 +28,11 @@ namespace tsg::ros_interface {
 class PoseSource {
  public:
   /// Reads the trajectory, if one is given. `tf` must live longer.
-  /// @throws std::runtime_error naming the file.
-  PoseSource(const InputConfig& config, const tf2::BufferCore& tf);
+  /// @param history  of the moving links in `tf`, noted before `tf` has them; null: holes in tf are
+  /// interpolated over unseen
+  /// @throws std::runtime_error naming the file, config::ConfigError as checkInput().
+  PoseSource(const InputConfig& config, const tf2::BufferCore& tf,
+             const TransformHistory* history = nullptr);
 
   bool usesTopic() const { return !config_.pose_topic.empty(); }
   bool usesTf() const { return config_.pose_topic.empty() && config_.trajectory.empty(); }
@@ -55,13 +59,12 @@ class PoseSource {
 
   struct Answer {
     std::optional<Pose> T_world_camera;
+    std::string reason;     ///< for a counter: "no transform", "hole in tf", "no pose"
     std::string why_not;    ///< what is missing, at which stamp, and what to do
     bool is_final = false;  ///< waiting longer is of no use
   };
   /// Pose of the camera's optical frame. Cheap; never waits.
   Answer lookUp(const std::string& camera_frame, Stamp stamp) const;
-  /// A few words for a counter: "no transform", "no pose".
-  const char* reason() const { return usesTf() ? "no transform" : "no pose"; }
   /// Something the user should know of the poses so far; empty if there is nothing.
   std::string note() const;
   /// Forgets poses of a topic that are older than its newest by more than a minute.
@@ -75,13 +78,21 @@ class PoseSource {
   void addTransform(const geometry_msgs::TransformStamped& transform);
   [[noreturn]] void failType(const std::string& type) const;
   Answer lookUpTf(const std::string& target, const std::string& source, Stamp stamp) const;
+  /// The hole in tf that a pose at the stamp would be interpolated over; nothing where that does no
+  /// harm.
+  std::optional<TransformHistory::Gap> findHole(const std::string& target,
+                                                const std::string& source, Stamp stamp) const;
+  bool hasMoved(const std::string& target, const std::string& source,
+                const TransformHistory::Gap& gap) const;
   Answer lookUpTrajectory(const std::string& camera_frame, Stamp stamp) const;
   Answer explainMissingPose(Stamp stamp) const;
   std::string sourceName() const;
 
   const InputConfig config_;
   const tf2::BufferCore& tf_;
-  mutable std::mutex mutex_;  ///< guards the three below
+  const TransformHistory* const history_;  ///< may be null
+  mutable std::mutex mutex_;               ///< guards all below
+  mutable std::string slow_link_;          ///< what is to be said of a link of tf
   Trajectory trajectory_;
   std::string parent_frame_;
   std::string child_frame_;

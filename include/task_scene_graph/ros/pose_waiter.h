@@ -19,14 +19,15 @@ namespace tsg::ros_interface {
 /// thread of its own looks whenever there is news.
 class PoseWaiter {
  public:
-  enum class Reason { kNoPose, kQueueFull };
   struct Options {
     std::size_t capacity = 100;  ///< frames; a full queue drops its oldest
     double timeout_s = 1.0;      ///< on the clock given
   };
   using OnFrame = std::function<void(RgbdFramePtr)>;
-  /// `text` says which pose at which stamp was missing and why.
-  using OnDrop = std::function<void(Reason, const std::string& text)>;
+  /// `reason` is PoseSource's, or kQueueFull; `text` says which pose at which stamp was missing and
+  /// why.
+  using OnDrop = std::function<void(const std::string& reason, const std::string& text)>;
+  static constexpr const char* kQueueFull = "pose queue full";
 
   /// `now_s` is the clock of the timeout, seconds. Both callbacks come from this object's thread
   /// (kQueueFull: from the caller of push) and must not throw.

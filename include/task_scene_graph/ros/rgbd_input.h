@@ -3,7 +3,7 @@
 
 #include <ros/node_handle.h>
 #include <sensor_msgs/CameraInfo.h>
-#include <tf2_ros/transform_listener.h>
+#include <tf2/buffer_core.h>
 #include <topic_tools/shape_shifter.h>
 
 #include <boost/signals2/connection.hpp>
@@ -23,6 +23,8 @@
 #include "task_scene_graph/ros/pose_waiter.h"
 #include "task_scene_graph/ros/stage_report.h"
 #include "task_scene_graph/ros/topic_watch.h"
+#include "task_scene_graph/ros/transform_feed.h"
+#include "task_scene_graph/ros/transform_history.h"
 
 namespace tsg::ros_interface {
 
@@ -77,12 +79,13 @@ class RgbdInput {
   const Callbacks callbacks_;
   const std::unique_ptr<InputPlausibilityReport> plausibility_;  ///< may be null
   TopicWatch watch_;
-  tf2_ros::Buffer tf_buffer_;
+  tf2::BufferCore tf_buffer_;
+  TransformHistory tf_history_;
   PoseSource poses_;
   PoseWaiter pose_waiter_;
   boost::signals2::scoped_connection tf_changed_;
-  std::unique_ptr<tf2_ros::TransformListener> tf_listener_;  ///< its thread calls the two above
-  mutable std::mutex mutex_;                                 ///< guards the two below
+  std::unique_ptr<TransformFeed> tf_feed_;  ///< its thread calls those above
+  mutable std::mutex mutex_;                ///< guards the two below
   std::string camera_frame_;
   std::unique_ptr<FrameAssembler> assembler_;
   std::uint64_t num_colors_at_check_ = 0;

@@ -3,11 +3,9 @@
 
 #include <yaml-cpp/yaml.h>
 
-#include <algorithm>
 #include <boost/program_options.hpp>
 #include <map>
 #include <string>
-
 
 namespace tsg::tools {
 
@@ -27,7 +25,7 @@ class InputOptions {
   YAML::Node toYaml() const {
     YAML::Node given(YAML::NodeType::Map);
     for (const auto& [field, value] : values_) {
-      if (!value.empty()) given[field] = isChoice(field) ? toChoice(value) : value;
+      if (!value.empty()) given[field] = value;
     }
     if (rectify_) given["rectify"] = "true";
     return given;
@@ -58,16 +56,10 @@ class InputOptions {
       {"trajectory", "trajectory", "poses: file in TUM's format; instead of tf"},
       {"pose-frame", "pose_frame", "frame that those poses are of (their own, else the camera's)"},
       {"poses", "pose_direction", "camera_to_world or world_to_camera"},
-      {"camera-axes", "camera_axes", "optical, opengl or body: axes of the camera's frame"},
-      {"max-pose-gap", "max_pose_gap_s", "s, between poses that may be interpolated (0.5)"}};
-
-  static bool isChoice(const std::string& field) {
-    return field == "match_size" || field == "pose_direction" || field == "camera_axes";
-  }
-  static std::string toChoice(std::string value) {
-    std::replace(value.begin(), value.end(), '-', '_');
-    return value;
-  }
+      {"camera-axes", "camera_axes",
+       "axes of the camera's frame: optical (or opencv), opengl, body (or flu, ros)"},
+      {"max-pose-gap", "max_pose_gap_s", "s, between poses that may be interpolated (0.5)"},
+      {"max-tf-gap", "max_tf_gap_s", "s, the same for tf, where holes are rare (0.5)"}};
 
   std::map<std::string, std::string> values_;  ///< by field; empty = not given
   bool rectify_ = false;

@@ -12,6 +12,19 @@ namespace {
 
 enum class Colour { kRed, kBlue };
 
+struct Calibrated {
+  NumbersOrPath camera;
+  Colour colour = Colour::kBlue;
+  template <typename Self, typename Visitor>
+  static void visit(Self& self, Visitor& v) {
+    v.field("camera", self.camera, {}, "", "numbers or a file");
+    v.choice("colour", self.colour,
+             Choices<Colour>{
+                 {"red", Colour::kRed}, {"deep_blue", Colour::kBlue}, {"blue", Colour::kBlue}},
+             "which");
+  }
+};
+
 struct Inner {
   int count = 3;
   template <typename Self, typename Visitor>
@@ -50,6 +63,41 @@ std::string errorOf(const std::string& yaml) {
     return e.what();
   }
   return "";
+}
+
+TEST(Config, NumbersStayAndPathsBeginAtTheFolderOfTheirSource) {
+  const auto read = [](const std::string& text) {
+    YAML::Node map;
+    map["camera"] = text;
+    return load<Calibrated>({{"file", map, "/robot/config"}}, "test").camera.text;
+  };
+  EXPECT_EQ(read("1, 2,3.5 4e2"), "1, 2,3.5 4e2");
+  EXPECT_EQ(read("[1, 2; 3]"), "[1, 2; 3]");
+  EXPECT_EQ(read("camera.yaml"), "/robot/config/camera.yaml");
+  EXPECT_EQ(read("../1.txt"), "/robot/1.txt");
+  EXPECT_EQ(read("/camera.yaml"), "/camera.yaml");
+  EXPECT_EQ(read(""), "");
+}
+
+TEST(Config, NumberInThePlaceOfNumbersOrAPathIsRefused) {
+  YAML::Node number(std::string("5"));
+  number.SetTag(kIntTag);
+  YAML::Node map;
+  map["camera"] = number;
+  EXPECT_THROW(load<Calibrated>(map, "test"), ConfigError);
+}
+
+TEST(Config, FirstNameOfAChoiceIsPrintedAndAllAreRead) {
+  const auto read = [](const std::string& text) {
+    return load<Calibrated>(YAML::Load("{colour: " + text + "}"), "test").colour;
+  };
+  EXPECT_EQ(read("red"), Colour::kRed);
+  for (const char* text : {"blue", "deep_blue", "deep-blue"}) {
+    EXPECT_EQ(read(text), Colour::kBlue) << text;
+  }
+  EXPECT_EQ(toYaml(Calibrated{})["colour"].as<std::string>(), "deep_blue");
+  EXPECT_EQ(describe<Calibrated>()[1].default_value, "deep_blue");
+  EXPECT_THROW(read("deep blue"), ConfigError);
 }
 
 TEST(Config, AbsentFieldsKeepTheirDefaults) {

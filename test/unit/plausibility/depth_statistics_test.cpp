@@ -112,7 +112,15 @@ TEST(DepthRange, NamesTheUnitThatBringsTheMedianIntoARoom) {
   expectUnit(2000.0, 1.0, "0.001 (millimetres)");  // float depth in millimetres
   expectUnit(0.002, 0.001, "1 (metres)");          // metres taken for millimetres
   expectUnit(20.0, 0.001, "0.0001 (RealSense D405)");
-  expectUnit(8.0, 0.001, "0.00025 (RealSense L515)");
+}
+
+TEST(DepthRange, AllUnitsThatMayBeMeantAreNamed) {
+  for (const double true_median_m : {1.5, 2.0, 3.0, 4.0, 5.5}) {
+    const auto finding = checkConstantRange(4.0 * true_median_m, 0.001);
+    ASSERT_TRUE(finding.has_value()) << true_median_m;
+    EXPECT_NE(finding->remedy.find("0.00025 (RealSense L515"), std::string::npos)
+        << true_median_m << ": " << finding->remedy;
+  }
 }
 
 TEST(DepthRange, NearlyAllReadingsInvalidIsSaidSo) {
@@ -136,10 +144,12 @@ TEST(DepthRange, FewImagesAreNotEnough) {
   EXPECT_FALSE(checkDepthRange(statistics, 1.0, 0.3, 5.0).has_value());
 }
 
-TEST(DepthUnits, TheUnitNearestToTwoMetresComesFirst) {
-  const auto units = findDepthUnits(0.0001, 0.001, 10000.0);
-  ASSERT_GE(units.size(), 4U);
-  EXPECT_DOUBLE_EQ(units.front().metres, 0.0002);
+TEST(DepthUnits, TheLikelyOneComesFirstAndNoneIsLeftOut) {
+  const auto units = findDepthUnits(0.0001, 0.001, 0.00024);
+  ASSERT_EQ(units.size(), 5U);
+  EXPECT_DOUBLE_EQ(units[0].metres, 0.00025);
+  EXPECT_DOUBLE_EQ(units[1].metres, 0.0002);
+  EXPECT_NE(listUnits(units).find("0.0001 "), std::string::npos) << listUnits(units);
 }
 
 }  // namespace

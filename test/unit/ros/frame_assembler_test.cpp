@@ -116,7 +116,7 @@ TEST_F(FrameAssemblerTest, BadCameraInfoLeavesTheOneBeforeInForce) {
 
 TEST_F(FrameAssemblerTest, IntrinsicsOfTheConfigurationNeedNoCameraInfo) {
   InputConfig config;
-  config.intrinsics = "40,41,30,20";
+  config.intrinsics.text = "40,41,30,20";
   make(config);
   addPair(1.0);
   auto other = makeInfo();

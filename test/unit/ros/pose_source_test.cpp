@@ -38,6 +38,7 @@ class PoseSourceTest : public ::testing::Test {
     transform.child_frame_id = child;
     transform.transform.translation.x = x;
     transform.transform.rotation.w = 1.0;
+    if (!is_static) history_.add(transform);
     tf_.setTransform(transform, "test", is_static);
   }
   static AnyMessage<nav_msgs::Odometry> makeOdometry(double seconds, double x,
@@ -63,8 +64,98 @@ class PoseSourceTest : public ::testing::Test {
     return config;
   }
 
+  /// The camera's link every 0.1 s from 10 to 18 s, at x = seconds, but for a hole.
+  void setTransformsWithHole(double hole_begin_s, double hole_end_s, double x_per_s = 1.0) {
+    for (int i = 0; i <= 80; ++i) {
+      const double seconds = 10.0 + 0.1 * i;
+      if (seconds > hole_begin_s + 1e-3 && seconds < hole_end_s - 1e-3) continue;
+      setTransform("world", "camera", seconds, x_per_s * seconds);
+    }
+  }
+  PoseSource::Answer lookUp(double seconds, const InputConfig& config = {}) {
+    return PoseSource(config, tf_, &history_).lookUp("camera", Stamp::fromSeconds(seconds));
+  }
+
   tf2::BufferCore tf_;
+  TransformHistory history_{12.0};
 };
+
+TEST_F(PoseSourceTest, HoleInTfThatTheCameraMovesAcrossIsNotInterpolatedOver) {
+  setTransformsWithHole(12.0, 14.0);
+  const auto answer = lookUp(13.0);
+  EXPECT_FALSE(answer.T_world_camera);
+  EXPECT_TRUE(answer.is_final);
+  EXPECT_EQ(answer.reason, "hole in tf");
+  expectContains(answer.why_not, {"stamp 13.000 s", "'camera'", "from 12.000 to 14.000 s",
+                                  "2.000 s; usually about every 0.100 s", "input/max_tf_gap_s"});
+  for (const double seconds : {11.95, 12.0, 14.0, 14.05}) {
+    EXPECT_NEAR(xOf(lookUp(seconds)), seconds, 1e-9) << lookUp(seconds).why_not;
+  }
+}
+
+TEST_F(PoseSourceTest, HoleInTfWithoutMotionDoesNoHarm) {
+  setTransformsWithHole(12.0, 14.0, 0.0);
+  EXPECT_NEAR(xOf(lookUp(13.0)), 0.0, 1e-9);
+}
+
+TEST_F(PoseSourceTest, HoleNoLongerThanTheLimitIsInterpolatedOver) {
+  setTransformsWithHole(12.0, 12.4);
+  EXPECT_NEAR(xOf(lookUp(12.2)), 12.2, 1e-9);
+  InputConfig config;
+  config.max_tf_gap_s = 0.35;
+  EXPECT_EQ(lookUp(12.2, config).reason, "hole in tf");
+}
+
+TEST_F(PoseSourceTest, HoleInALinkBetweenMovingOnesIsFound) {
+  setTransformsWithHole(12.0, 14.0);
+  for (int i = 0; i <= 80; ++i) setTransform("map", "world", 10.0 + 0.1 * i, 0.1 * i);
+  setTransform("camera", "lens", 0.0, 0.5, true);
+  InputConfig config;
+  config.world_frame = "map";
+  const PoseSource poses(config, tf_, &history_);
+  EXPECT_EQ(poses.lookUp("lens", Stamp::fromSeconds(13.05)).reason, "hole in tf");
+  EXPECT_TRUE(poses.lookUp("lens", Stamp::fromSeconds(11.05)).T_world_camera);
+  // The hole is no link between these two.
+  config.world_frame = "camera";
+  EXPECT_TRUE(
+      PoseSource(config, tf_, &history_).lookUp("lens", Stamp::fromSeconds(13.05)).T_world_camera);
+}
+
+TEST_F(PoseSourceTest, LinkThatIsAlwaysSlowIsInterpolatedAndNamed) {
+  for (int i = 0; i <= 8; ++i) setTransform("world", "camera", 10.0 + i, 10.0 + i);
+  const PoseSource poses({}, tf_, &history_);
+  EXPECT_EQ(poses.note(), "");
+  EXPECT_NEAR(xOf(poses.lookUp("camera", Stamp::fromSeconds(13.5))), 13.5, 1e-9);
+  expectContains(poses.note(), {"'camera'", "every 1.000 s"});
+}
+
+TEST_F(PoseSourceTest, HolesAreFoundWhereTransformsCameOutOfOrder) {
+  for (const double seconds : {10.2, 10.0, 10.1, 12.2, 12.3, 10.0, 12.1}) {
+    setTransform("world", "camera", seconds, seconds);
+  }
+  EXPECT_EQ(lookUp(11.0).reason, "hole in tf");
+  EXPECT_NEAR(xOf(lookUp(12.15)), 12.15, 1e-9);
+}
+
+TEST_F(PoseSourceTest, TransformsOlderThanTheMemoryAreForgotten) {
+  TransformHistory history(1.0);
+  geometry_msgs::TransformStamped transform;
+  transform.child_frame_id = "/camera";
+  setTransform("world", "camera", 9.0, 0.0);
+  for (const double seconds : {9.0, 10.0, 12.0}) {
+    transform.header.stamp.fromSec(seconds);
+    history.add(transform);
+  }
+  EXPECT_FALSE(history.findGap(tf_, "world", "camera", Stamp::fromSeconds(9.5)));
+  transform.header.stamp.fromSec(11.5);
+  history.add(transform);
+  const auto gap = history.findGap(tf_, "world", "camera", Stamp::fromSeconds(11.7));
+  ASSERT_TRUE(gap);
+  EXPECT_EQ(gap->child, "camera");
+  EXPECT_NEAR(gap->length_s, 0.5, 1e-9);
+  history.clear();
+  EXPECT_FALSE(history.findGap(tf_, "world", "camera", Stamp::fromSeconds(11.7)));
+}
 
 TEST_F(PoseSourceTest, TfIsInterpolated) {
   setTransform("world", "camera", 1.0, 1.0);
