@@ -16,6 +16,7 @@
 #include "file_notes.h"
 #include "graph_layers.h"
 #include "json_text.h"
+#include "node_attributes.h"
 #include "spark_dsg_format.h"
 #include "task_scene_graph/scene_graph/primitive_union.h"
 #include "task_scene_graph/scene_graph/scene_graph_file.h"
@@ -55,6 +56,9 @@ struct NewEdge {
   NodeKey child = 0;
 };
 
+/// Of the machine: primitives and objects are read and made independently of each other.
+int countThreads();
+
 /// What a scene graph file holds: how it is read (scene_graph_file.cpp), given objects
 /// (scene_graph_objects.cpp) and written (scene_graph_output.cpp).
 struct SceneGraphFile::Content {
@@ -82,9 +86,10 @@ struct SceneGraphFile::Content {
 
   void read(Eigen::Index embedding_size);
   JsonSpan requireList(const char* name) const;
-  NodeRecord readNode(JsonSpan text);
+  NodeRecord readNode(JsonSpan text) const;
   void readNodes(JsonSpan list);
-  void readPrimitive(std::size_t place);
+  void readPrimitives(const std::vector<std::size_t>& places);
+  FilePrimitive readPrimitive(const NodeRecord& node) const;
   JsonObject readAttributes(const NodeRecord& node) const;
   void readEdges(JsonSpan list);
   void leaveOtherSizes(Eigen::Index expected, bool is_tasks);
@@ -95,7 +100,10 @@ struct SceneGraphFile::Content {
   std::vector<NodeKey> chooseIds(const std::vector<Cluster>& clusters) const;
   void makeObjects(const std::vector<Cluster>& clusters,
                    const std::vector<std::string>& task_names);
-  FieldTexts mergeMembers(const Cluster& cluster, const PrimitiveUnion& whole);
+  ObjectNode makeObject(const Cluster& cluster, NodeKey id, const std::string& task_name,
+                        std::vector<BadMesh>& bad_meshes) const;
+  FieldTexts mergeMembers(const Cluster& cluster, const PrimitiveUnion& whole,
+                          std::vector<BadMesh>& bad_meshes) const;
   void removeReplaced();
   std::unordered_set<NodeKey> listIds() const;
   void moveEdges(const std::vector<Cluster>& clusters);

@@ -2,11 +2,12 @@
 #include "task_scene_graph/scene_graph/scene_graph_file.h"
 
 #include <algorithm>
-#include <ostream>
+#include <thread>
 #include <utility>
 
 #include "node_attributes.h"
 #include "scene_graph_content.h"
+#include "task_scene_graph/core/parallel.h"
 
 namespace tsg::scene_graph {
 namespace {
@@ -35,6 +36,8 @@ Eigen::Index findCommonestSize(const std::vector<FilePrimitive>& primitives) {
 }
 
 }  // namespace
+
+int countThreads() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
 
 std::string describeNode(NodeKey id) {
   const char letter = static_cast<char>(id >> kSymbolShift);
@@ -67,7 +70,7 @@ JsonSpan SceneGraphFile::Content::requireList(const char* name) const {
 
 // Nodes of dynamic layers share the numbers of static ones: 1.0 gives them a timestamp, 1.1 a
 // partition.
-NodeRecord SceneGraphFile::Content::readNode(JsonSpan text) {
+NodeRecord SceneGraphFile::Content::readNode(JsonSpan text) const {
   const JsonObject fields = json->readObject(text);
   NodeRecord node;
   node.text = text;
@@ -87,42 +90,60 @@ NodeRecord SceneGraphFile::Content::readNode(JsonSpan text) {
 }
 
 void SceneGraphFile::Content::readNodes(JsonSpan list) {
-  for (const JsonSpan text : json->readArray(list)) nodes.push_back(readNode(text));
+  const std::vector<JsonSpan> texts = json->readArray(list);
+  nodes.resize(texts.size());
+  parallelFor(texts.size(), countThreads(), [&](std::size_t i) { nodes[i] = readNode(texts[i]); });
   has_segments = std::any_of(nodes.begin(), nodes.end(), [&](const NodeRecord& node) {
     return node.isInLayer(layers.segments);
   });
+  std::vector<std::size_t> places;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    if (nodes[i].isInLayer(clusteredLayer())) {
-      readPrimitive(i);
+    const bool is_clustered = nodes[i].isInLayer(clusteredLayer());
+    if (is_clustered && nodes[i].id) {
+      places.push_back(i);
+    } else if (is_clustered) {
+      left_nodes.add("entry " + std::to_string(i) + " of 'nodes' has no 'id' that is a number");
     } else if (!nodes[i].is_complete) {
       no_nodes.add("entry " + std::to_string(i));
     }
   }
+  readPrimitives(places);
 }
 
 JsonObject SceneGraphFile::Content::readAttributes(const NodeRecord& node) const {
   return node.attributes ? json->readObject(*node.attributes) : JsonObject();
 }
 
-void SceneGraphFile::Content::readPrimitive(std::size_t place) {
-  const auto& id = nodes[place].id;
-  if (!id) {
-    left_nodes.add("entry " + std::to_string(place) + " of 'nodes' has no 'id' that is a number");
-    return;
-  }
-  try {
-    const JsonObject attributes = readAttributes(nodes[place]);
-    if (attributes.fields().empty()) throw std::runtime_error("has no 'attributes'");
-    const auto solid = readFields(*json, attributes, {"position", "bounding_box"});
-    FilePrimitive primitive;
-    primitive.id = *id;
-    primitive.position_m = readPosition(solid);
-    primitive.embedding = readEmbedding(*json, attributes);
-    primitive.box = readBox(solid);
-    if (!place_of.emplace(*id, place).second) throw std::runtime_error("is there already");
-    primitives.push_back(std::move(primitive));
-  } catch (const std::runtime_error& e) {
-    left_nodes.add(describeNode(*id) + ' ' + e.what());
+FilePrimitive SceneGraphFile::Content::readPrimitive(const NodeRecord& node) const {
+  const JsonObject attributes = readAttributes(node);
+  if (attributes.fields().empty()) throw std::runtime_error("has no 'attributes'");
+  const auto solid = readFields(*json, attributes, {"position", "bounding_box"});
+  FilePrimitive primitive;
+  primitive.id = *node.id;
+  primitive.position_m = readPosition(solid);
+  primitive.embedding = readEmbedding(*json, attributes);
+  primitive.box = readBox(solid);
+  return primitive;
+}
+
+void SceneGraphFile::Content::readPrimitives(const std::vector<std::size_t>& places) {
+  std::vector<FilePrimitive> read(places.size());
+  std::vector<std::string> errors(places.size());
+  parallelFor(places.size(), countThreads(), [&](std::size_t i) {
+    try {
+      read[i] = readPrimitive(nodes[places[i]]);
+    } catch (const std::runtime_error& e) {
+      errors[i] = e.what();
+    }
+  });
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const NodeKey id = *nodes[places[i]].id;
+    const bool is_read = errors[i].empty();
+    if (is_read && place_of.emplace(id, places[i]).second) {
+      primitives.push_back(std::move(read[i]));
+    } else {
+      left_nodes.add(describeNode(id) + ' ' + (is_read ? "is there already" : errors[i]));
+    }
   }
 }
 

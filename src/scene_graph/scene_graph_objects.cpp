@@ -6,10 +6,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include "json_fields.h"
-#include "json_numbers.h"
 #include "node_attributes.h"
 #include "scene_graph_content.h"
+#include "task_scene_graph/core/parallel.h"
 #include "task_scene_graph/core/point_index.h"
 
 namespace tsg::scene_graph {
@@ -53,44 +52,52 @@ std::vector<NodeKey> SceneGraphFile::Content::chooseIds(
 
 // Attributes that are not those of the first member.
 FieldTexts SceneGraphFile::Content::mergeMembers(const Cluster& cluster,
-                                                 const PrimitiveUnion& whole) {
+                                                 const PrimitiveUnion& whole,
+                                                 std::vector<BadMesh>& bad_meshes) const {
   std::vector<JsonObject> members;
   for (const NodeKey member : cluster.members) {
     members.push_back(readAttributes(nodes[place_of.at(member)]));
   }
-  std::vector<BadMesh> bad_meshes;
   FieldTexts fields = mergeAttributes(*json, members, whole.box(), whole.position_m(), bad_meshes);
-  for (const BadMesh& bad : bad_meshes) {
-    left_meshes.add(describeNode(cluster.members[bad.member]) + ": " + bad.what);
-  }
   fields.emplace_back("semantic_feature", "");
   appendFeature(whole.embedding(), readFeatureForm(*json, members.front()), fields.back().second);
   return fields;
+}
+
+ObjectNode SceneGraphFile::Content::makeObject(const Cluster& cluster, NodeKey id,
+                                               const std::string& task_name,
+                                               std::vector<BadMesh>& bad_meshes) const {
+  PrimitiveUnion whole;
+  for (const NodeKey member : cluster.members) {
+    const FilePrimitive& primitive = primitives[index_of.at(member)];
+    whole.add(primitive.position_m, primitive.box, primitive.embedding);
+  }
+  FieldTexts fields;
+  if (cluster.members.size() > 1) fields = mergeMembers(cluster, whole, bad_meshes);
+  fields.emplace_back("name", quoteJson(task_name));
+  if (cluster.task > 0) fields.emplace_back("semantic_label", std::to_string(cluster.task - 1));
+  const NodeRecord& first = nodes[place_of.at(cluster.members.front())];
+  const FieldTexts node = {{"id", std::to_string(id)},
+                           {"layer", std::to_string(layers.objects)},
+                           {"attributes", replaceFields(*json, readAttributes(first), fields)}};
+  return {id, whole.position_m(), replaceFields(*json, json->readObject(first.text), node)};
 }
 
 void SceneGraphFile::Content::makeObjects(const std::vector<Cluster>& clusters,
                                           const std::vector<std::string>& task_names) {
   for (std::size_t i = 0; i < primitives.size(); ++i) index_of[primitives[i].id] = i;
   const std::vector<NodeKey> ids = chooseIds(clusters);
+  std::vector<std::vector<BadMesh>> bad_meshes(clusters.size());
+  objects.resize(clusters.size());
+  parallelFor(clusters.size(), countThreads(), [&](std::size_t i) {
+    const auto task = static_cast<std::size_t>(clusters[i].task);
+    objects[i] =
+        makeObject(clusters[i], ids[i], task > 0 ? task_names.at(task - 1) : "", bad_meshes[i]);
+  });
   for (std::size_t i = 0; i < clusters.size(); ++i) {
-    const Cluster& cluster = clusters[i];
-    PrimitiveUnion whole;
-    for (const NodeKey member : cluster.members) {
-      const FilePrimitive& primitive = primitives[index_of.at(member)];
-      whole.add(primitive.position_m, primitive.box, primitive.embedding);
+    for (const BadMesh& bad : bad_meshes[i]) {
+      left_meshes.add(describeNode(clusters[i].members[bad.member]) + ": " + bad.what);
     }
-    const NodeRecord& first = nodes[place_of.at(cluster.members.front())];
-    const JsonObject attributes = readAttributes(first);
-    FieldTexts fields;
-    if (cluster.members.size() > 1) fields = mergeMembers(cluster, whole);
-    const auto task = static_cast<std::size_t>(cluster.task);
-    fields.emplace_back("name", quoteJson(task > 0 ? task_names.at(task - 1) : ""));
-    if (task > 0) fields.emplace_back("semantic_label", std::to_string(task - 1));
-    const FieldTexts node = {{"id", std::to_string(ids[i])},
-                             {"layer", std::to_string(layers.objects)},
-                             {"attributes", replaceFields(*json, attributes, fields)}};
-    objects.push_back(
-        {ids[i], whole.position_m(), replaceFields(*json, json->readObject(first.text), node)});
   }
 }
 
