@@ -53,20 +53,31 @@ std::optional<Integer> readWhole(std::string_view text, JsonSpan value,
 
 }  // namespace
 
+std::size_t JsonObject::findIndex(std::string_view key) const {
+  if (!index_.empty()) {
+    const auto place = index_.find(key);
+    return place == index_.end() ? fields_.size() : place->second;
+  }
+  std::size_t i = 0;
+  while (i < fields_.size() && fields_[i].key != key) ++i;
+  return i;
+}
+
 void JsonObject::add(std::string key, JsonSpan value) {
-  for (JsonField& field : fields_) {
-    if (field.key != key) continue;
-    field.value = value;
+  constexpr std::size_t kMany = 64;  // from here on, looking through all of them does not pay
+  const std::size_t i = findIndex(key);
+  if (i < fields_.size()) {
+    fields_[i].value = value;
     return;
   }
   fields_.push_back({std::move(key), value});
+  if (fields_.size() < kMany) return;
+  for (std::size_t k = index_.size(); k < fields_.size(); ++k) index_.emplace(fields_[k].key, k);
 }
 
 const JsonSpan* JsonObject::find(std::string_view key) const {
-  for (const JsonField& field : fields_) {
-    if (field.key == key) return &field.value;
-  }
-  return nullptr;
+  const std::size_t i = findIndex(key);
+  return i < fields_.size() ? &fields_[i].value : nullptr;
 }
 
 JsonText JsonText::read(const std::string& path) {

@@ -3,6 +3,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <ostream>
@@ -37,7 +39,10 @@ class JsonObject {
   const std::vector<JsonField>& fields() const { return fields_; }
 
  private:
+  std::size_t findIndex(std::string_view key) const;  ///< fields_.size() if there is none
+
   std::vector<JsonField> fields_;
+  std::map<std::string, std::size_t, std::less<>> index_;  ///< by key, where there are many
 };
 
 /// A JSON file as it stands in memory: checked from end to end, but not taken apart. A scene graph

@@ -145,6 +145,24 @@ TEST(JsonText, OfFieldsOfOneNameTheLastCounts) {
   EXPECT_EQ(file.copy(*object.find("a")), "3");
 }
 
+TEST(JsonText, FieldsAreFoundHoweverManyThereAre) {
+  std::string text = "{";
+  for (int i = 0; i < 1000; ++i) {
+    text += (i == 0 ? "" : ",") + std::string("\"k") + std::to_string(i % 700) +
+            "\":" + std::to_string(i);
+  }
+  const JsonText file(text + "}");
+  const JsonObject object = file.readObject(file.root());
+  ASSERT_EQ(object.fields().size(), 700U);
+  for (std::uint64_t i = 0; i < 700; ++i) {
+    const JsonSpan* value = object.find("k" + std::to_string(i));
+    ASSERT_NE(value, nullptr);
+    EXPECT_EQ(file.readUnsigned(*value), i < 300 ? i + 700 : i);
+    EXPECT_EQ(object.fields()[i].key, "k" + std::to_string(i));
+  }
+  EXPECT_EQ(object.find("k700"), nullptr);
+}
+
 TEST(JsonText, WholeNumbersAreReadOnlyWhereTheyAreWhole) {
   const JsonText file(R"([18446744073709551615, 18446744073709551616, -1, 1.0, 1e2, "1", null])");
   const auto values = file.readArray(file.root());
