@@ -5,7 +5,7 @@ add_library(tsg_test_support STATIC EXCLUDE_FROM_ALL ${TSG_SUPPORT_SOURCES})
 target_include_directories(tsg_test_support PUBLIC test/support src)
 target_compile_definitions(tsg_test_support PUBLIC TSG_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}")
 target_link_libraries(tsg_test_support
-  PUBLIC tsg_core nlohmann_json::nlohmann_json ZLIB::ZLIB ${OCTOMAP_LIBRARIES}
+  PUBLIC tsg_core tsg_simulation nlohmann_json::nlohmann_json ZLIB::ZLIB ${OCTOMAP_LIBRARIES}
   PRIVATE tsg_warnings)
 
 function(tsg_add_unit_test module library)
@@ -21,6 +21,7 @@ endfunction()
 foreach(module ${TSG_CORE_MODULES})
   tsg_add_unit_test(${module} tsg_core)
 endforeach()
+tsg_add_unit_test(simulation tsg_simulation)
 if(TARGET tsg_ros)
   tsg_add_unit_test(ros tsg_ros)
 endif()
