@@ -1,11 +1,12 @@
 # One gtest program per module: test/unit/<module>/*.cpp; shared helpers: test/support/*.
 find_package(rostest REQUIRED)
+find_package(tf2_ros REQUIRED)
 file(GLOB TSG_SUPPORT_SOURCES CONFIGURE_DEPENDS test/support/*.cpp)
 add_library(tsg_test_support STATIC EXCLUDE_FROM_ALL ${TSG_SUPPORT_SOURCES})
 target_include_directories(tsg_test_support PUBLIC test/support src)
 target_compile_definitions(tsg_test_support PUBLIC TSG_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}")
 target_link_libraries(tsg_test_support
-  PUBLIC tsg_core nlohmann_json::nlohmann_json ZLIB::ZLIB ${OCTOMAP_LIBRARIES}
+  PUBLIC tsg_core tsg_simulation nlohmann_json::nlohmann_json ZLIB::ZLIB ${OCTOMAP_LIBRARIES}
   PRIVATE tsg_warnings)
 
 function(tsg_add_unit_test module library)
@@ -21,6 +22,7 @@ endfunction()
 foreach(module ${TSG_CORE_MODULES})
   tsg_add_unit_test(${module} tsg_core)
 endforeach()
+tsg_add_unit_test(simulation tsg_simulation)
 if(TARGET tsg_ros)
   tsg_add_unit_test(ros tsg_ros)
 endif()
@@ -49,7 +51,8 @@ foreach(launch ${TSG_ROSTESTS})
   get_filename_component(name ${launch} NAME_WE)
   if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/test/ros/${name}.cpp)
     add_rostest_gtest(rostest_${name} test/ros/${name}.test test/ros/${name}.cpp)
-    target_link_libraries(rostest_${name} tsg_test_support tsg_ros tsg_warnings)
+    target_include_directories(rostest_${name} SYSTEM PRIVATE ${tf2_ros_INCLUDE_DIRS})
+    target_link_libraries(rostest_${name} tsg_test_support tsg_ros ${tf2_ros_LIBRARIES} tsg_warnings)
   else()
     add_rostest(test/ros/${name}.test)
   endif()

@@ -16,3 +16,6 @@ foreach(source ${TSG_ROS_TOOL_SOURCES})
     nlohmann_json::nlohmann_json tsg_warnings)
   list(APPEND TSG_INSTALL_PROGRAMS ${name})
 endforeach()
+
+target_link_libraries(render_apartments PRIVATE tsg_simulation)
+target_link_libraries(simulate_apartment PRIVATE tsg_simulation)

@@ -1,58 +1,68 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "task_scene_graph/language/text_cleaning.h"
 
-#include <unicode/locid.h>
-#include <unicode/uchar.h>
+#include <algorithm>
+#include <array>
+#include <string_view>
 
-#include <stdexcept>
-
-#include "html_entities.h"
-#include "text_repair.h"
 #include "unicode.h"
 
 namespace tsg::language {
 namespace {
 
-icu::UnicodeString collapseWhiteSpace(const icu::UnicodeString& text) {
-  icu::UnicodeString result;
-  bool has_gap = false;
-  for (std::int32_t at = 0; at < text.length(); at = text.moveIndex32(at, 1)) {
-    const UChar32 character = text.char32At(at);
-    if (u_isUWhiteSpace(character)) {
-      has_gap = true;
-      continue;
-    }
-    if (has_gap && !result.isEmpty()) result.append(u' ');
-    has_gap = false;
-    result.append(character);
+/// Word processors' and phones' quotation marks as a keyboard's.
+char32_t straightenQuote(char32_t c) {
+  if (c >= 0x201c && c <= 0x201f) return U'"';
+  if ((c >= 0x2018 && c <= 0x201b) || c == 0x02bc) return U'\'';
+  return c;
+}
+
+/// Words that stand for themselves, wherever they begin.
+constexpr std::array<std::u32string_view, 9> kFixedWords = {
+    U"<start_of_text>", U"<end_of_text>", U"'s", U"'t", U"'re", U"'ve", U"'m", U"'ll", U"'d"};
+
+std::size_t findEnd(const std::u32string& text, std::size_t begin, bool (*is_inside)(char32_t)) {
+  const auto end =
+      std::find_if_not(text.begin() + static_cast<std::ptrdiff_t>(begin), text.end(), is_inside);
+  return static_cast<std::size_t>(end - text.begin());
+}
+
+bool isSymbol(char32_t c) { return !isWhiteSpace(c) && !isLetter(c) && !isDigit(c); }
+
+/// End of the word that begins here, by the order of CLIP's pattern.
+std::size_t findWordEnd(const std::u32string& text, std::size_t begin) {
+  for (const auto word : kFixedWords) {
+    if (text.compare(begin, word.size(), word) == 0) return begin + word.size();
   }
-  return result;
+  if (isLetter(text[begin])) return findEnd(text, begin, isLetter);
+  return isDigit(text[begin]) ? begin + 1 : findEnd(text, begin, isSymbol);
 }
 
 }  // namespace
 
 std::string cleanText(const std::string& utf8_text) {
-  icu::UnicodeString text = repairText(toUnicode(utf8_text));
-  // Twice, since texts from the web are often escaped twice ("&amp;eacute;").
-  text = collapseWhiteSpace(unescapeHtml(unescapeHtml(text)));
-  return toUtf8(text.toLower(icu::Locale::getRoot()));
+  std::u32string clean;
+  for (const char32_t c : decodeUtf8(utf8_text)) {
+    const bool is_gap = isWhiteSpace(c);
+    if (is_gap && (clean.empty() || clean.back() == U' ')) continue;
+    clean += is_gap ? U' ' : toLower(straightenQuote(c));
+  }
+  if (!clean.empty() && clean.back() == U' ') clean.pop_back();
+  return encodeUtf8(clean);
 }
 
 std::vector<std::string> splitWords(const std::string& clean_utf8_text) {
-  // Only the first part ignores case (so that a long s is an s): ICU would else count characters as
-  // letters that merely fold to one. U+0345 folds to a letter and is none, so open_clip's pattern,
-  // which ignores case everywhere, lets it fall between its two classes: it is in no word.
-  static const icu::RegexPattern kWord =
-      compilePattern(R"((?i:<start_of_text>|<end_of_text>|'s|'t|'re|'ve|'m|'ll|'d))"
-                     R"(|\p{L}+|\p{N}|[^\s\p{L}\p{N}\u0345]+)");
-  const icu::UnicodeString text = toUnicode(clean_utf8_text);
-  UErrorCode status = U_ZERO_ERROR;
-  const std::unique_ptr<icu::RegexMatcher> matcher(kWord.matcher(text, status));
+  const std::u32string text = decodeUtf8(clean_utf8_text);
   std::vector<std::string> words;
-  while (U_SUCCESS(status) && matcher->find(status)) {
-    words.push_back(toUtf8(matcher->group(status)));
+  for (std::size_t at = 0; at < text.size();) {
+    if (isWhiteSpace(text[at])) {
+      ++at;
+      continue;
+    }
+    const std::size_t end = findWordEnd(text, at);
+    words.push_back(encodeUtf8(text.substr(at, end - at)));
+    at = end;
   }
-  if (U_FAILURE(status)) throw std::logic_error("splitting a text into words failed");
   return words;
 }
 

@@ -14,6 +14,8 @@ SHARED = pathlib.Path(os.environ.get("TSG_SHARED") or SOURCE.parent / "shared")
 REFERENCE = SHARED / "reference" / "apt-ubuntu2004.txt"
 NAMES = yaml.safe_load((SOURCE / "test/data/package_names.yaml").read_text())
 OWN = "task_scene_graph"
+# Of these CMake uses more than headers; roslib's own are in ros/.
+GENERATORS = {"catkin", "message_generation", "roslib", "rostest"}
 
 
 def read_list(path):
@@ -182,6 +184,14 @@ class Lists(unittest.TestCase):
         unknown = {name for name in LISTS["ubuntu2004"] if name.startswith("ros-")} - reference
         by_rule = {f"ros-noetic-{name.replace('_', '-')}" for name in used_ros_packages()}
         self.assertEqual(unknown - by_rule, set())
+
+
+class Cmake(unittest.TestCase):
+    def test_it_asks_for_no_ros_package_of_which_nothing_is_included(self):
+        self.assertEqual(components_of_cmake()[0] - components_of_headers()[0] - GENERATORS, set())
+
+    def test_it_asks_for_no_library_of_which_nothing_is_included(self):
+        self.assertEqual(components_of_cmake()[1] - components_of_headers()[1] - {"Qt5"}, set())
 
 
 class PackageXml(unittest.TestCase):

@@ -46,7 +46,7 @@ TEST(TokenizerIds, EqualThoseOfOpenClip) {
         << "text: " << nlohmann::json(recording.text).dump(-1, ' ', true);
     ++num_compared;
   }
-  EXPECT_GE(num_compared, 300);
+  EXPECT_GE(num_compared, 250);
 }
 
 // Fails when a deviation has gone: then its text belongs to the others.
@@ -60,7 +60,7 @@ TEST(TokenizerIds, DifferFromOpenClipOnlyWhereDocumented) {
         << recording.text << ": no " << recording.why_different << " any more?";
     ++num_different;
   }
-  EXPECT_EQ(num_different, 5);
+  EXPECT_EQ(num_different, 11);
 }
 
 TEST(TokenizerIds, OfABatchEqualThoseOneByOne) {
