@@ -50,7 +50,7 @@ test::Solid makeBox(double x0, double y0, double z0, double x1, double y1, doubl
 
 /// The walls of a bay on one side (+1 or -1), with a door of 1.2 m, and two things in its room.
 void addRoom(int bay, double side, Scene& scene) {
-  const double x = kBay_m * bay;
+  const double x = kBay_m * bay + (side > 0 ? 0.0 : 0.5 * kBay_m);  // one door after the other
   const double y = side * kHalfWidth_m;
   const double back = side * (kHalfWidth_m + kWall_m + kRoomDepth_m);
   const cv::Vec3b paint(200, static_cast<std::uint8_t>(150 + 10 * (bay % 10)), 170);
@@ -87,7 +87,7 @@ Scene makeScene(double x_m) {
 
 /// Walks along x and looks into the rooms to both sides, one after the other.
 Pose computePose(double x_m) {
-  const double look_rad = 1.2 * std::sin(2.0 * M_PI * x_m / kBay_m);
+  const double look_rad = 1.2 * std::sin(2.0 * M_PI * (x_m - 1.0) / kBay_m);
   const Eigen::Vector3d eye(x_m, 0.2 * std::sin(0.3 * x_m), 1.4);
   return test::lookAt(eye, eye + Eigen::Vector3d(std::cos(look_rad), std::sin(look_rad), -0.35));
 }
