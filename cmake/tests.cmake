@@ -58,6 +58,9 @@ foreach(launch ${TSG_ROSTESTS})
   endif()
 endforeach()
 
+target_include_directories(rostest_background PRIVATE src/nodelets)
+target_link_libraries(rostest_background tsg_nodelets)
+
 if(TARGET rostest_rviz_plugin)
   target_include_directories(rostest_rviz_plugin SYSTEM PRIVATE ${rviz_INCLUDE_DIRS})
   target_link_libraries(rostest_rviz_plugin ${rviz_LIBRARIES} Qt5::Core Qt5::Widgets)

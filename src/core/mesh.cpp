@@ -7,7 +7,6 @@ void Mesh::append(const Mesh& other) {
   const auto offset = static_cast<std::uint32_t>(vertices.size());
   vertices.insert(vertices.end(), other.vertices.begin(), other.vertices.end());
   colors.insert(colors.end(), other.colors.begin(), other.colors.end());
-  triangles.reserve(triangles.size() + other.triangles.size());
   for (const auto& t : other.triangles) {
     triangles.push_back({t[0] + offset, t[1] + offset, t[2] + offset});
   }

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <map>
 
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/core/parallel.h"
@@ -13,10 +12,6 @@ namespace tsg::mapping {
 namespace {
 
 constexpr double kArchivePeriod_s = 1.0;
-
-struct Before {
-  bool operator()(const GridIndex& a, const GridIndex& b) const { return isBefore(a, b); }
-};
 
 GridIndex cornerStep(int corner) { return {corner & 1, corner >> 1 & 1, corner >> 2 & 1}; }
 
@@ -66,11 +61,10 @@ BackgroundMap::BackgroundMap(const BackgroundConfig& config)
 IntegrationResult BackgroundMap::integrate(const RgbdFrame& frame) {
   IntegrationResult result = integrator_.integrate(frame, volume_);
   countFrame(frame, result.status);
-  for (const auto& block : result.observed_blocks) last_seen_[block] = newest_;
-  if (config_.with_mesh) dirty_.insert(result.changed_blocks.begin(), result.changed_blocks.end());
-  const bool is_due = secondsBetween(last_archived_, newest_) >= kArchivePeriod_s;
-  if (config_.archive_blocks && is_due) {
-    last_archived_ = newest_;
+  for (const auto& block : result.observed_blocks) last_seen_s_[block] = clock_s_;
+  dirty_.insert(result.changed_blocks.begin(), result.changed_blocks.end());
+  if (config_.archive_blocks && clock_s_ - archived_at_s_ >= kArchivePeriod_s) {
+    archived_at_s_ = clock_s_;
     result.archived_blocks = findBlocksToArchive(frame.T_world_camera.translation());
     archive(result.archived_blocks);
   }
@@ -78,13 +72,22 @@ IntegrationResult BackgroundMap::integrate(const RgbdFrame& frame) {
 }
 
 void BackgroundMap::countFrame(const RgbdFrame& frame, IntegrationStatus status) {
-  const bool is_first = counters_.frames_integrated + counters_.frames_without_depth == 0;
-  if (!is_first && frame.stamp == newest_) ++counters_.frames_repeated;
-  if (!is_first && frame.stamp < newest_) ++counters_.frames_back_in_time;
+  if (newest_ && frame.stamp == *newest_) ++counters_.frames_repeated;
+  if (newest_ && frame.stamp < *newest_) ++counters_.frames_back_in_time;
   if (status == IntegrationStatus::kIntegrated) countJump(frame);
-  newest_ = is_first ? frame.stamp : std::max(newest_, frame.stamp);
+  advanceClock(frame.stamp);
   ++(status == IntegrationStatus::kIntegrated ? counters_.frames_integrated
                                               : counters_.frames_without_depth);
+}
+
+void BackgroundMap::advanceClock(Stamp stamp) {
+  if (newest_) {
+    // One frame of the past among others takes no time; a past that goes on does.
+    const Stamp before = *newest_ < stamp ? *newest_ : previous_;
+    clock_s_ += std::max(0.0, secondsBetween(before, stamp));
+  }
+  newest_ = newest_ ? std::max(*newest_, stamp) : stamp;
+  previous_ = stamp;
 }
 
 void BackgroundMap::countJump(const RgbdFrame& frame) {
@@ -98,8 +101,8 @@ void BackgroundMap::countJump(const RgbdFrame& frame) {
 std::vector<GridIndex> BackgroundMap::findBlocksToArchive(const Eigen::Vector3d& camera_m) const {
   std::vector<GridIndex> found;
   const double block_size_m = volume_.voxelSize() * kBlockSide;
-  for (const auto& [block, seen] : last_seen_) {
-    if (secondsBetween(seen, newest_) <= config_.archive_unseen_s) continue;
+  for (const auto& [block, seen_s] : last_seen_s_) {
+    if (clock_s_ - seen_s <= config_.archive_unseen_s) continue;
     const Eigen::Vector3d center_m = (block.cast<double>().array() + 0.5) * block_size_m;
     if ((center_m - camera_m).norm() > config_.archive_distance_m) found.push_back(block);
   }
@@ -113,7 +116,7 @@ void BackgroundMap::archive(const std::vector<GridIndex>& blocks) {
   for (const auto& block : blocks) {
     if (volume_.findBlock(block) == nullptr) continue;
     volume_.removeBlock(block);
-    last_seen_.erase(block);
+    last_seen_s_.erase(block);
     ++counters_.blocks_archived;
   }
   parkMeshes(readers);
@@ -123,16 +126,18 @@ void BackgroundMap::keepMeshes(const std::vector<GridIndex>& readers) {
   // Neighbours that stay lose the cells that read the dropped voxels, so their mesh is kept too.
   const auto meshes = computeMeshes(readers);
   for (std::size_t i = 0; i < readers.size(); ++i) {
-    if (meshes[i]) archived_.store(readers[i], *meshes[i]);
+    if (meshes[i]) archived_[readers[i]] = archive_.store(*meshes[i]);
   }
 }
 
 void BackgroundMap::parkMeshes(const std::vector<GridIndex>& readers) {
+  std::vector<MeshTable::Entry> parked;
   for (const auto& block : readers) {
-    const auto mesh = meshes_.find(block);
-    const bool is_known = mesh != meshes_.end() && archived_.contains(block);
-    if (is_known && !isActive(block)) mesh->second = nullptr;
+    const auto record = archived_.find(block);
+    const bool is_known = record != archived_.end() && !meshes_.find(block).isNone();
+    if (is_known && !isActive(block)) parked.push_back({block, StoredMesh(record->second)});
   }
+  if (!parked.empty()) meshes_ = meshes_.with(parked);
 }
 
 bool BackgroundMap::isActive(const GridIndex& block) const {
@@ -143,10 +148,11 @@ bool BackgroundMap::isActive(const GridIndex& block) const {
 }
 
 std::vector<GridIndex> BackgroundMap::computeStaleBlocks() const {
+  if (!config_.with_mesh) return {};
   auto readers = computeReaders(dirty_);
   const auto has_surface = [&](const GridIndex& block) {
-    return volume_.findBlock(block) != nullptr || meshes_.count(block) != 0 ||
-           archived_.contains(block);
+    return volume_.findBlock(block) != nullptr || archived_.count(block) != 0 ||
+           !meshes_.find(block).isNone();
   };
   readers.erase(std::remove_if(readers.begin(), readers.end(),
                                [&](const GridIndex& block) { return !has_surface(block); }),
@@ -157,21 +163,20 @@ std::vector<GridIndex> BackgroundMap::computeStaleBlocks() const {
 std::vector<BackgroundMap::MeshPtr> BackgroundMap::computeMeshes(
     const std::vector<GridIndex>& blocks) const {
   std::vector<MeshPtr> meshes(blocks.size());
-  parallelFor(blocks.size(), config_.tsdf.num_threads,
-              [&](std::size_t i) { meshes[i] = computeMeshWithArchive(blocks[i]); });
+  parallelFor(blocks.size(), config_.tsdf.num_threads, [&](std::size_t i) {
+    Mesh mesh = computeBlockMesh(volume_, blocks[i], config_.mesh_min_weight);
+    if (archived_.count(blocks[i]) != 0) appendArchived(blocks[i], mesh);
+    if (!mesh.isEmpty()) meshes[i] = std::make_shared<const Mesh>(std::move(mesh));
+  });
   return meshes;
 }
 
-BackgroundMap::MeshPtr BackgroundMap::computeMeshWithArchive(const GridIndex& block) const {
-  Mesh mesh = computeBlockMesh(volume_, block, config_.mesh_min_weight);
-  if (archived_.contains(block)) {
-    const double voxel_size_m = volume_.voxelSize();
-    mesh.append(filterTriangles(archived_.load(block), [&](const Eigen::Vector3d& centroid_m) {
-      const GridIndex cell = (centroid_m.array() / voxel_size_m - 0.5).floor().cast<int>().matrix();
-      return !isCellKnown(cell);
-    }));
-  }
-  return mesh.isEmpty() ? nullptr : std::make_shared<const Mesh>(std::move(mesh));
+void BackgroundMap::appendArchived(const GridIndex& block, Mesh& mesh) const {
+  const double voxel_size_m = volume_.voxelSize();
+  mesh.append(filterTriangles(archived_.at(block)->load(), [&](const Eigen::Vector3d& centroid_m) {
+    const GridIndex cell = (centroid_m.array() / voxel_size_m - 0.5).floor().cast<int>().matrix();
+    return !isCellKnown(cell);
+  }));
 }
 
 bool BackgroundMap::isCellKnown(const GridIndex& lowest_voxel) const {
@@ -186,50 +191,40 @@ MeshUpdate BackgroundMap::updateMesh() {
   MeshUpdate update;
   const auto stale = computeStaleBlocks();
   const auto meshes = computeMeshes(stale);
+  std::vector<MeshTable::Entry> changes;
   for (std::size_t i = 0; i < stale.size(); ++i) {
+    const auto record = archived_.find(stale[i]);
+    const bool is_parked = meshes[i] && record != archived_.end() && !isActive(stale[i]);
+    changes.push_back({stale[i], is_parked ? StoredMesh(record->second) : StoredMesh(meshes[i])});
     if (meshes[i]) {
-      const bool is_parked = archived_.contains(stale[i]) && !isActive(stale[i]);
-      meshes_[stale[i]] = is_parked ? nullptr : meshes[i];
       update.changed.push_back({stale[i], meshes[i]});
-    } else if (meshes_.erase(stale[i]) != 0) {
+    } else if (!meshes_.find(stale[i]).isNone()) {
       update.removed.push_back(stale[i]);
     }
   }
+  meshes_ = meshes_.with(changes);
   counters_.blocks_remeshed += stale.size();
-  dirty_.clear();
+  if (config_.with_mesh) dirty_.clear();
   return update;
 }
 
-std::vector<GridIndex> BackgroundMap::meshBlocks() const {
-  std::vector<GridIndex> blocks;
-  blocks.reserve(meshes_.size());
-  for (const auto& [block, mesh] : meshes_) blocks.push_back(block);
-  std::sort(blocks.begin(), blocks.end(), isBefore);
-  return blocks;
-}
-
-std::shared_ptr<const Mesh> BackgroundMap::findMesh(const GridIndex& block) const {
-  const auto mesh = meshes_.find(block);
-  if (mesh == meshes_.end()) return nullptr;
-  return mesh->second ? mesh->second : std::make_shared<const Mesh>(archived_.load(block));
-}
-
 Mesh BackgroundMap::extractMesh() const {
-  std::map<GridIndex, MeshPtr, Before> current(meshes_.begin(), meshes_.end());
   const auto stale = computeStaleBlocks();
-  const auto fresh = computeMeshes(stale);
+  const auto meshes = computeMeshes(stale);
+  std::vector<MeshTable::Entry> changes;
   for (std::size_t i = 0; i < stale.size(); ++i) {
-    if (fresh[i]) {
-      current[stale[i]] = fresh[i];
-    } else {
-      current.erase(stale[i]);
-    }
+    changes.push_back({stale[i], StoredMesh(meshes[i])});
   }
-  Mesh all;
-  for (const auto& [block, mesh] : current) {
-    all.append(mesh ? *mesh : archived_.load(block));
+  return mergeMeshes(meshes_.with(changes));
+}
+
+TsdfVolume BackgroundMap::takeChangedBlocks() {
+  TsdfVolume changed(volume_.voxelSize());
+  for (const auto& index : dirty_) {
+    if (const TsdfBlock* block = volume_.findBlock(index)) changed.allocateBlock(index) = *block;
   }
-  return weldVertices(all);
+  dirty_.clear();
+  return changed;
 }
 
 }  // namespace tsg::mapping

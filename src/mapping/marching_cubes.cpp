@@ -14,9 +14,20 @@ namespace {
 
 constexpr int kSide = kBlockSide + 1;  // corners of a block's cells
 constexpr int kCorners = kSide * kSide * kSide;
+constexpr int kSliceVoxels = kBlockSide * kBlockSide;
 constexpr std::uint32_t kNoVertex = std::numeric_limits<std::uint32_t>::max();
 
 int cornerIndex(int x, int y, int z) { return x + kSide * (y + kSide * z); }
+
+/// From the lowest corner of a cell to its corner i.
+constexpr std::array<int, 8> kCornerSteps{0,
+                                          1,
+                                          kSide,
+                                          kSide + 1,
+                                          kSide* kSide,
+                                          kSide* kSide + 1,
+                                          kSide* kSide + kSide,
+                                          kSide* kSide + kSide + 1};
 
 std::size_t toSize(int value) { return static_cast<std::size_t>(value); }
 
@@ -28,7 +39,17 @@ struct Corners {
   bool has_inside = false;
   bool has_outside = false;
 
-  bool isInside(int corner) const { return distance_m[toSize(corner)] < 0.0F; }
+  /// Bit i is set where corner i of the cell is inside; -1 if a corner is not known.
+  int computeCubeIndex(const GridIndex& cell) const {
+    const int origin = cornerIndex(cell.x(), cell.y(), cell.z());
+    unsigned inside = 0;
+    for (std::size_t i = 0; i < 8; ++i) {
+      const auto corner = toSize(origin + kCornerSteps[i]);
+      if (is_known[corner] == 0) return -1;
+      if (distance_m[corner] < 0.0F) inside |= 1U << i;
+    }
+    return static_cast<int>(inside);
+  }
 };
 
 void copyNeighbor(const TsdfBlock& from, const GridIndex& step, double min_weight, Corners& to) {
@@ -71,69 +92,42 @@ std::array<std::uint8_t, 3> mixColors(const VoxelColor& a, const VoxelColor& b, 
   return {mix(a.r, b.r), mix(a.g, b.g), mix(a.b, b.b)};
 }
 
-class BlockMesher {
+/// Vertices of a block's mesh by the edge that they lie on; each is made once.
+class EdgeVertices {
  public:
-  BlockMesher(const Corners& corners, const GridIndex& block, double voxel_size_m)
-      : corners_(corners), first_voxel_(block * kBlockSide), voxel_size_m_(voxel_size_m) {
-    for (std::size_t i = 0; i < 8; ++i) {
-      const auto bits = static_cast<int>(i);
-      steps_[i] = cornerIndex(bits & 1, bits >> 1 & 1, bits >> 2 & 1);
-    }
+  EdgeVertices(const Corners& corners, const GridIndex& block, double voxel_size_m, Mesh& mesh)
+      : corners_(corners),
+        first_voxel_(block * kBlockSide),
+        voxel_size_m_(voxel_size_m),
+        mesh_(mesh) {
     vertex_of_edge_.fill(kNoVertex);
   }
 
-  Mesh run() {
-    for (int z = 0; z < kBlockSide; ++z) {
-      for (int y = 0; y < kBlockSide; ++y) {
-        for (int x = 0; x < kBlockSide; ++x) addCell({x, y, z});
-      }
-    }
-    return std::move(mesh_);
-  }
-
- private:
-  void addCell(const GridIndex& cell) {
-    const int origin = cornerIndex(cell.x(), cell.y(), cell.z());
-    unsigned inside = 0;
-    for (unsigned i = 0; i < 8; ++i) {
-      const int corner = origin + steps_[i];
-      if (corners_.is_known[toSize(corner)] == 0) return;
-      if (corners_.isInside(corner)) inside |= 1U << i;
-    }
-    for (const auto& triangle : cellTriangles()[inside]) {
-      mesh_.triangles.push_back(
-          {vertexOn(cell, triangle[0]), vertexOn(cell, triangle[1]), vertexOn(cell, triangle[2])});
-    }
-  }
-
-  std::uint32_t vertexOn(const GridIndex& cell, std::uint8_t edge_index) {
+  /// Index of the vertex on an edge of the cell.
+  std::uint32_t find(const GridIndex& cell, std::uint8_t edge_index) {
     const CellEdge& edge = cellEdges()[edge_index];
     const GridIndex from = cell + GridIndex(edge.from & 1, edge.from >> 1 & 1, edge.from >> 2 & 1);
     const int corner = cornerIndex(from.x(), from.y(), from.z());
     std::uint32_t& vertex = vertex_of_edge_[toSize(3 * corner + edge.axis)];
-    if (vertex == kNoVertex) vertex = addVertex(from, corner, edge.axis);
-    return vertex;
-  }
-
-  std::uint32_t addVertex(const GridIndex& from, int corner, int axis) {
-    const int other = corner + steps_[std::size_t{1} << axis];
+    if (vertex != kNoVertex) return vertex;
+    const int other = corner + kCornerSteps[std::size_t{1} << edge.axis];
     const double a = corners_.distance_m[toSize(corner)];
     const double b = corners_.distance_m[toSize(other)];
-    const double share = a / (a - b);
+    const double share = a / (a - b);  // [Lorensen and Cline 1987]: where the distance is 0
     Eigen::Vector3d position = (first_voxel_ + from).cast<double>().array() + 0.5;
-    position[axis] += share;
+    position[edge.axis] += share;
     mesh_.vertices.push_back((voxel_size_m_ * position).cast<float>());
     mesh_.colors.push_back(mixColors(corners_.colors[toSize(corner)],
                                      corners_.colors[toSize(other)], static_cast<float>(share)));
-    return static_cast<std::uint32_t>(mesh_.vertices.size() - 1);
+    return vertex = static_cast<std::uint32_t>(mesh_.vertices.size() - 1);
   }
 
+ private:
   const Corners& corners_;
   GridIndex first_voxel_;
   double voxel_size_m_;
-  std::array<int, 8> steps_{};
+  Mesh& mesh_;
   std::array<std::uint32_t, 3 * kCorners> vertex_of_edge_;
-  Mesh mesh_;
 };
 
 struct PositionHash {
@@ -151,7 +145,18 @@ Mesh computeBlockMesh(const TsdfVolume& volume, const GridIndex& block, double m
   if (volume.findBlock(block) == nullptr) return {};
   const Corners corners = copyCorners(volume, block, min_weight);
   if (!corners.has_inside || !corners.has_outside) return {};
-  return BlockMesher(corners, block, volume.voxelSize()).run();
+  Mesh mesh;
+  EdgeVertices vertices(corners, block, volume.voxelSize(), mesh);
+  for (int i = 0; i < kBlockVoxels; ++i) {
+    const GridIndex cell(i % kBlockSide, i / kBlockSide % kBlockSide, i / kSliceVoxels);
+    const int cube_index = corners.computeCubeIndex(cell);
+    if (cube_index < 0) continue;
+    for (const auto& t : cellTriangles()[toSize(cube_index)]) {  // [Lorensen and Cline 1987]
+      mesh.triangles.push_back(
+          {vertices.find(cell, t[0]), vertices.find(cell, t[1]), vertices.find(cell, t[2])});
+    }
+  }
+  return mesh;
 }
 
 Mesh computeMesh(const TsdfVolume& volume, double min_weight, int num_threads) {

@@ -4,11 +4,15 @@
 #include <unistd.h>
 #include <zlib.h>
 
-#include <algorithm>
+#include <cstdint>
+#include <cstdio>
 #include <cstring>
+#include <map>
+#include <mutex>
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace tsg::mapping {
 namespace {
@@ -73,52 +77,125 @@ Mesh unpack(const Bytes& packed, std::size_t vertices, std::size_t triangles) {
   return mesh;
 }
 
+/// Sizes that places in the file have: eight to each power of two, from 64 bytes on. A place that
+/// is free again fits the next mesh of its class, so the file does not crumble.
+std::int64_t roundUpToClass(std::size_t bytes) {
+  std::size_t step = 8;
+  while (16 * step < bytes) step *= 2;
+  return static_cast<std::int64_t>((bytes + step - 1) / step * step);
+}
+
 }  // namespace
 
-void MeshArchive::store(const GridIndex& block, const Mesh& mesh) {
+/// Where a record's compressed bytes are: in the file, or here.
+struct MeshArchive::Record::Place {
+  std::size_t vertices = 0;
+  std::size_t triangles = 0;
+  std::size_t size = 0;      ///< compressed bytes
+  std::int64_t offset = -1;  ///< in the file; -1 = in memory
+  Bytes bytes;               ///< only in memory
+};
+
+/// The file, and which of its places are free.
+class MeshArchive::Storage {
+ public:
+  /// Offset of where the bytes now are, or -1 if the file cannot take them.
+  std::int64_t write(const Bytes& bytes) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!file_ && !is_broken_) file_.reset(std::tmpfile());
+    is_broken_ |= !file_;
+    if (is_broken_) return -1;
+    const std::int64_t offset = findPlace(roundUpToClass(bytes.size()));
+    const auto written = pwrite(fileno(file_.get()), bytes.data(), bytes.size(), offset);
+    is_broken_ = written != static_cast<ssize_t>(bytes.size());
+    return is_broken_ ? -1 : offset;  // what a broken file holds can still be read
+  }
+  Bytes read(std::int64_t offset, std::size_t size) const {
+    Bytes bytes(size);
+    if (pread(fileno(file_.get()), bytes.data(), size, offset) != static_cast<ssize_t>(size)) {
+      throw std::runtime_error("cannot read " + std::to_string(size) +
+                               " bytes of the temporary file of archived meshes");
+    }
+    return bytes;
+  }
+  void release(std::int64_t offset, std::size_t size) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    free_[roundUpToClass(size)].push_back(offset);
+  }
+  void countInMemory(std::size_t added, std::size_t removed) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    memory_bytes_ += added - removed;
+  }
+  std::size_t fileBytes() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return static_cast<std::size_t>(end_);
+  }
+  std::size_t memoryBytes() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return memory_bytes_;
+  }
+
+ private:
+  struct CloseFile {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+
+  std::int64_t findPlace(std::int64_t capacity) {
+    auto& places = free_[capacity];
+    if (places.empty()) {
+      end_ += capacity;
+      return end_ - capacity;
+    }
+    const std::int64_t offset = places.back();
+    places.pop_back();
+    return offset;
+  }
+
+  mutable std::mutex mutex_;  ///< guards all below, but not what the file's places hold
+  std::unique_ptr<std::FILE, CloseFile> file_;
+  bool is_broken_ = false;
+  std::int64_t end_ = 0;
+  std::map<std::int64_t, std::vector<std::int64_t>> free_;  ///< offsets by capacity
+  std::size_t memory_bytes_ = 0;
+};
+
+MeshArchive::MeshArchive() : storage_(std::make_shared<Storage>()) {}
+
+MeshArchive::RecordPtr MeshArchive::store(const Mesh& mesh) {
   Bytes bytes = pack(mesh);
-  Entry& entry = entries_[block];
-  entry.vertices = static_cast<std::uint32_t>(mesh.vertices.size());
-  entry.triangles = static_cast<std::uint32_t>(mesh.triangles.size());
-  if (entry.bytes) memory_bytes_ -= entry.bytes->size();
-  entry.bytes.reset();
-  if (write(bytes, entry)) return;
-  memory_bytes_ += bytes.size();
-  entry.bytes = std::make_unique<Bytes>(std::move(bytes));
-}
-
-bool MeshArchive::write(const Bytes& bytes, Entry& entry) {
-  if (!file_ && !is_file_broken_) file_.reset(std::tmpfile());
-  is_file_broken_ |= !file_;
-  if (is_file_broken_) return false;
-  const auto size = static_cast<std::uint32_t>(bytes.size());
-  const bool fits = size <= entry.capacity;  // into its own place of before
-  const std::int64_t offset = fits ? entry.offset : file_end_;
-  if (pwrite(fileno(file_.get()), bytes.data(), size, offset) != static_cast<ssize_t>(size)) {
-    is_file_broken_ = true;  // what it holds can still be read
-    entry.capacity = 0;
-    return false;
+  auto place = std::make_unique<Record::Place>();
+  place->vertices = mesh.vertices.size();
+  place->triangles = mesh.triangles.size();
+  place->size = bytes.size();
+  place->offset = storage_->write(bytes);
+  if (place->offset < 0) {
+    storage_->countInMemory(bytes.size(), 0);
+    place->bytes = std::move(bytes);
   }
-  entry.offset = offset;
-  entry.size = size;
-  entry.capacity = fits ? entry.capacity : size;
-  file_end_ = std::max(file_end_, offset + size);
-  return true;
+  std::shared_ptr<Record> record(new Record(storage_));
+  record->place_ = std::move(place);
+  return record;
 }
 
-Mesh MeshArchive::load(const GridIndex& block) const {
-  const Entry& entry = entries_.at(block);
-  return unpack(entry.bytes ? *entry.bytes : read(entry), entry.vertices, entry.triangles);
-}
+std::size_t MeshArchive::fileBytes() const { return storage_->fileBytes(); }
 
-std::vector<std::uint8_t> MeshArchive::read(const Entry& entry) const {
-  Bytes bytes(entry.size);
-  if (pread(fileno(file_.get()), bytes.data(), entry.size, entry.offset) !=
-      static_cast<ssize_t>(entry.size)) {
-    throw std::runtime_error("cannot read " + std::to_string(entry.size) +
-                             " bytes of the temporary file of archived meshes");
+std::size_t MeshArchive::memoryBytes() const { return storage_->memoryBytes(); }
+
+MeshArchive::Record::Record(std::shared_ptr<Storage> storage) : storage_(std::move(storage)) {}
+
+MeshArchive::Record::~Record() {
+  if (!place_) return;
+  if (place_->offset >= 0) {
+    storage_->release(place_->offset, place_->size);
+  } else {
+    storage_->countInMemory(0, place_->size);
   }
-  return bytes;
+}
+
+Mesh MeshArchive::Record::load() const {
+  const bool is_in_file = place_->offset >= 0;
+  return unpack(is_in_file ? storage_->read(place_->offset, place_->size) : place_->bytes,
+                place_->vertices, place_->triangles);
 }
 
 }  // namespace tsg::mapping

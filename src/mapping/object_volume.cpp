@@ -148,7 +148,8 @@ void ObjectVolume::integrate(const ObjectView& view) {
     for (std::size_t z = 0; z < kBlockSide; ++z) {
       if (!viewSlice(camera, origins[z], slice)) continue;
       const std::size_t first = z * kSliceVoxels;
-      updateSlice(camera, rule, slice, &block.voxels[first], &block.colors[first], update);
+      updateDistances(rule, slice, &block.voxels[first], update);
+      updateColors(camera, slice, update, &block.colors[first]);
       countLabels(view, slice, update, first, counts_[i]);
     }
   }

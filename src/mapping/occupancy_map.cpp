@@ -80,6 +80,8 @@ OccupancyMap::OccupancyMap(const OccupancyConfig& config) : config_(config) {
 
 OccupancyMap::OccupancyMap(OccupancyMap&&) noexcept = default;
 
+OccupancyMap& OccupancyMap::operator=(OccupancyMap&&) noexcept = default;
+
 OccupancyMap::~OccupancyMap() = default;
 
 bool OccupancyMap::integrate(const RgbdFrame& frame) {
@@ -135,7 +137,16 @@ void OccupancyMap::addRay(const Eigen::Vector3d& origin_m, const Eigen::Vector3d
 Occupancy OccupancyMap::at(const Eigen::Vector3d& point_m) const {
   octomap::OcTreeKey key;
   if (!tree_->octree.coordToKeyChecked(toPoint(point_m), key)) return Occupancy::kUnknown;
-  const octomap::OcTreeNode* node = tree_->octree.search(key);
+  return atVoxel(toIndex(key));
+}
+
+Occupancy OccupancyMap::atVoxel(const GridIndex& index) const {
+  const GridIndex key = index.array() + kCenterKey;
+  const bool is_inside = key.minCoeff() >= 0 && key.maxCoeff() < 2 * kCenterKey;
+  if (!is_inside) return Occupancy::kUnknown;
+  const auto toKey = [](int value) { return static_cast<octomap::key_type>(value); };
+  const octomap::OcTreeNode* node =
+      tree_->octree.search(octomap::OcTreeKey(toKey(key.x()), toKey(key.y()), toKey(key.z())));
   if (node == nullptr) return Occupancy::kUnknown;
   return tree_->octree.isNodeOccupied(node) ? Occupancy::kOccupied : Occupancy::kFree;
 }
@@ -184,16 +195,20 @@ std::string OccupancyMap::serialize(bool binary) const {
   return stream.str();
 }
 
+std::string OccupancyMap::serializeFile(bool binary) const {
+  std::ostringstream stream(std::ios::binary);
+  writeHeader(tree_->octree, binary, stream);
+  binary ? tree_->octree.writeBinaryData(stream) : tree_->octree.writeData(stream);
+  return stream.str();
+}
+
 void OccupancyMap::write(const std::filesystem::path& path) const {
   const bool is_binary = path.extension() == ".bt";
   if (!is_binary && path.extension() != ".ot") {
     throw std::invalid_argument("occupancy map: file '" + path.string() +
                                 "' ends neither in .bt nor in .ot");
   }
-  writeFileAtomically(path, [&](std::ostream& out) {
-    writeHeader(tree_->octree, is_binary, out);
-    is_binary ? tree_->octree.writeBinaryData(out) : tree_->octree.writeData(out);
-  });
+  writeFileAtomically(path, [&](std::ostream& out) { out << serializeFile(is_binary); });
 }
 
 }  // namespace tsg::mapping

@@ -72,40 +72,39 @@ TsdfIntegrator::TsdfIntegrator(const IntegratorConfig& config) : config_(config)
   requireConsistent(config);
 }
 
-IntegrationResult TsdfIntegrator::integrate(const RgbdFrame& frame, TsdfVolume& volume) {
-  frame.validate();
-  requireVoxelSize(volume, config_);
-  IntegrationResult result;
+IntegrationStatus TsdfIntegrator::readDepth(const RgbdFrame& frame) {
   if (frame.T_world_camera.translation().cwiseAbs().maxCoeff() > kMaxCoordinate_m) {
-    result.status = IntegrationStatus::kPoseOutOfRange;
-    return result;
+    return IntegrationStatus::kPoseOutOfRange;
   }
-  const double block_size_m = config_.voxel_size_m * kBlockSide;
-  const int tile_px =
-      BlockSelector::computeTileSide(frame.camera, block_size_m, config_.max_range_m);
+  const int tile_px = BlockSelector::computeTileSide(
+      frame.camera, config_.voxel_size_m * kBlockSide, config_.max_range_m);
   // Far enough for every voxel in range to be free.
   const double beyond_m =
       config_.carve_free_space ? config_.max_range_m + 2.0 * config_.truncation_m : 0.0;
   depth_.assign(frame.depth, config_.min_range_m, config_.max_range_m, tile_px, beyond_m);
-  if (!depth_.hasValidDepth()) {
-    result.status = IntegrationStatus::kNoValidDepth;
-    return result;
-  }
-  const BlockSelector::Options options{block_size_m, config_.truncation_m, config_.min_range_m,
-                                       config_.carve_free_space};
-  return update(frame, selector_.select(depth_, frame.camera, frame.T_world_camera, options),
-                volume);
+  return depth_.hasValidDepth() ? IntegrationStatus::kIntegrated : IntegrationStatus::kNoValidDepth;
 }
 
-IntegrationResult TsdfIntegrator::update(const RgbdFrame& frame,
-                                         const std::vector<GridIndex>& selected,
-                                         TsdfVolume& volume) const {
-  const std::size_t blocks_before = volume.blocks().size();
+std::vector<TsdfBlock*> TsdfIntegrator::allocateBlocks(const RgbdFrame& frame, TsdfVolume& volume) {
+  const BlockSelector::Options options{config_.voxel_size_m * kBlockSide, config_.truncation_m,
+                                       config_.min_range_m, config_.carve_free_space};
+  const auto& selected = selector_.select(depth_, frame.camera, frame.T_world_camera, options);
   std::vector<TsdfBlock*> blocks;
   blocks.reserve(selected.size());
   for (const auto& index : selected) blocks.push_back(&volume.allocateBlock(index));
   std::sort(blocks.begin(), blocks.end(),
             [](const TsdfBlock* a, const TsdfBlock* b) { return isBefore(a->index, b->index); });
+  return blocks;
+}
+
+IntegrationResult TsdfIntegrator::integrate(const RgbdFrame& frame, TsdfVolume& volume) {
+  frame.validate();
+  requireVoxelSize(volume, config_);
+  IntegrationResult result;
+  result.status = readDepth(frame);
+  if (result.status != IntegrationStatus::kIntegrated) return result;
+  const std::size_t blocks_before = volume.blocks().size();
+  const std::vector<TsdfBlock*> blocks = allocateBlocks(frame, volume);
 
   const FrameView view(frame, depth_, config_.voxel_size_m, config_.with_color);
   const UpdateRule rule = makeUpdateRule(config_, frame.camera);
@@ -118,7 +117,6 @@ IntegrationResult TsdfIntegrator::update(const RgbdFrame& frame,
     }
   });
 
-  IntegrationResult result;
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     const GridIndex index = blocks[i]->index;
     if (updates[i].observed > 0) result.observed_blocks.push_back(index);

@@ -140,8 +140,10 @@ TSG_VECTORIZE void updateDistances(const UpdateRule& rule, const SliceView& slic
     const float old_weight = voxels[i].weight;
     const float weight = old_weight + reading_weight;
     const float share = reading_weight / weight;
+    // [Curless and Levoy 1996, Eq. 3]: D' = (W D + w d) / (W + w)
     const float mixed = old_distance + (clamped - old_distance) * share;
     voxels[i].distance_m = valid ? mixed : old_distance;
+    // [Curless and Levoy 1996, Eq. 4]: W' = W + w; deviation: capped
     voxels[i].weight = weight < max_weight ? weight : max_weight;
 
     const float old_or_new = old_weight > 0.0F ? mixed : -truncation;
@@ -176,10 +178,9 @@ TSG_VECTORIZE void blendColors(const SliceUpdate& update, const SliceColors& pix
   }
 }
 
-void updateSlice(const FrameView& frame, const UpdateRule& rule, const SliceView& slice,
-                 TsdfVoxel* voxels, VoxelColor* colors, SliceUpdate& update) {
+void updateColors(const FrameView& frame, const SliceView& slice, const SliceUpdate& update,
+                  VoxelColor* colors) {
   static_assert(sizeof(VoxelColor) == sizeof(std::uint32_t));
-  updateDistances(rule, slice, voxels, update);
   if (frame.color.empty() || computeSum(update.in_band) == 0) return;
   SliceColors pixels{};
   SliceColors blended;
@@ -198,7 +199,8 @@ BlockUpdate updateBlock(const FrameView& frame, const UpdateRule& rule, double v
   for (std::size_t z = 0; z < kBlockSide; ++z) {
     if (!viewSlice(frame, origins[z], slice)) continue;
     const std::size_t first = z * kSliceVoxels;
-    updateSlice(frame, rule, slice, &block.voxels[first], &block.colors[first], update);
+    updateDistances(rule, slice, &block.voxels[first], update);
+    updateColors(frame, slice, update, &block.colors[first]);
     total.observed += computeSum(update.observed);
     total.changed += computeSum(update.changed);
   }

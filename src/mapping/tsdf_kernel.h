@@ -65,9 +65,12 @@ struct alignas(32) SliceUpdate {
 bool viewSlice(const FrameView& frame, const Eigen::Vector3f& first_voxel_camera_m,
                SliceView& slice);
 
-/// Integrates what a slice sees into its voxels (TsdfBlock::voxels and colors from its first on).
-void updateSlice(const FrameView& frame, const UpdateRule& rule, const SliceView& slice,
-                 TsdfVoxel* voxels, VoxelColor* colors, SliceUpdate& update);
+/// Integrates the depth that a slice sees into its voxels (TsdfBlock::voxels from its first on).
+void updateDistances(const UpdateRule& rule, const SliceView& slice, TsdfVoxel* voxels,
+                     SliceUpdate& update);
+/// Integrates the colours where `update` says that a reading was within the truncation.
+void updateColors(const FrameView& frame, const SliceView& slice, const SliceUpdate& update,
+                  VoxelColor* colors);
 
 /// Sum over a slice.
 std::int32_t computeSum(const std::array<std::int32_t, kSliceVoxels>& values);

@@ -1,80 +1,138 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "background_stage.h"
 
+#include <exception>
+#include <utility>
+
 #include "mesh_fusion_report.h"
+#include "task_scene_graph/core/period.h"
 #include "task_scene_graph/pipeline/map_files.h"
-#include "task_scene_graph/ros/message_conversions.h"
-#include "task_scene_graph/ros/messages.h"
 
 namespace tsg::nodelets {
+namespace {
+
+std::unique_ptr<OccupancyStage> makeOccupancyStage(ros::NodeHandle& handle,
+                                                   ros_interface::LateSubscribers& late,
+                                                   const BackgroundStageOptions& options,
+                                                   ros_interface::StageReport& report) {
+  if (!options.fusion.occupancy.enabled) return nullptr;
+  return std::make_unique<OccupancyStage>(
+      handle, late,
+      OccupancyStage::Options{options.fusion.occupancy, options.world_frame,
+                              options.octomap_period_s, options.queue_size,
+                              options.max_queue_bytes},
+      report);
+}
+
+const char* describe(mapping::IntegrationStatus status) {
+  return status == mapping::IntegrationStatus::kPoseOutOfRange
+             ? "pose farther than 1000 km from the origin"
+             : "no depth in range";
+}
+
+}  // namespace
 
 BackgroundStage::BackgroundStage(ros::NodeHandle& handle, const BackgroundStageOptions& options,
                                  ros_interface::StageReport& report)
     : options_(options),
       report_(report),
-      fusion_(options.fusion),
-      mesh_publisher_(handle, {options.world_frame, options.mesh_period_s}, fusion_, mutex_),
-      places_publisher_(handle.advertise<msg::PlaceGraph>("place_graph", 10, true)),
+      late_(report),
+      budget_(options.max_queue_bytes),
+      fusion_(std::make_unique<pipeline::BackgroundFusion>(options.fusion)),
+      mesh_publisher_(handle, late_, report, options.world_frame,
+                      options.fusion.background.tsdf.voxel_size_m * mapping::kBlockSide),
+      places_(
+          handle,
+          {options.fusion.places, options.world_frame, options.queue_size, options.max_queue_bytes},
+          report),
+      occupancy_(makeOccupancyStage(handle, late_, options, report)),
       worker_(
           options.queue_size, [this](const Job& job) { process(job); },
-          [this](const Job& job) {
-            report_.countDropped(
-                job.segmentation ? "view for places: queue full" : "integration queue full", "", 1);
-          }) {
-  if (fusion_.occupancy() == nullptr) return;
-  occupancy_publisher_ = std::make_unique<ros_interface::OccupancyPublisher>(
-      handle,
-      ros_interface::OccupancyPublisher::Options{options.world_frame, options.octomap_period_s},
-      *fusion_.occupancy(), mutex_);
+          [this](const Job&) { report_.countDropped("integration queue full"); }) {}
+
+void BackgroundStage::addFrame(const RgbdFramePtr& frame) {
+  auto share = budget_.take(ros_interface::countBytes(*frame));
+  if (share == nullptr) return report_.countDropped("integration queue full (bytes)");
+  worker_.push({frame, std::move(share), num_resets_});
 }
 
-void BackgroundStage::addFrame(const RgbdFramePtr& frame) { worker_.push({frame, nullptr}); }
-
 void BackgroundStage::addView(const RgbdFramePtr& frame, const SegmentationPtr& segmentation) {
-  if (segmentation->image_embedding.size() > 0) worker_.push({frame, segmentation});
+  if (segmentation->image_embedding.size() > 0) places_.addView(frame, segmentation);
 }
 
 void BackgroundStage::process(const Job& job) {
   try {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (job.segmentation != nullptr) {
-      fusion_.addView(*job.frame, job.segmentation->image_embedding);
-      return;
-    }
     const ros_interface::StageTimer timer;
-    fusion_.integrate(*job.frame);
-    report_.countProcessed(timer.elapsedMs());
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (job.num_resets != num_resets_) return;
+    const RgbdFramePtr filtered = fusion_->filter(*job.frame);
+    fusion_->free_space.integrate(*filtered);
+    const auto result = fusion_->surface.integrate(*filtered);
+    if (occupancy_) occupancy_->add(filtered);
+    reportBackground(*fusion_, report_);
+    if (result.status != mapping::IntegrationStatus::kIntegrated) {
+      return report_.countDropped(describe(result.status));
+    }
     newest_frame_ = job.frame->stamp;
-    publish(false);
-    reportBackground(fusion_, report_);
+    if (isDue(last_mesh_, newest_frame_, options_.mesh_period_s)) {
+      publishMesh(fusion_->surface.updateMesh());
+    }
+    if (isDue(last_places_, newest_frame_, options_.fusion.places_period_s)) requestPlaces();
+    report_.countProcessed(timer.elapsedMs());
   } catch (const std::exception& e) {
     report_.countDropped("error", std::string("dropped a frame: ") + e.what());
   }
 }
 
-void BackgroundStage::publish(bool force) {
-  mesh_publisher_.publish(newest_frame_, force);
-  publishPlaces(force);
-  if (occupancy_publisher_) occupancy_publisher_->publish(newest_frame_, force);
+void BackgroundStage::publishMesh(const mapping::MeshUpdate& update) {
+  last_mesh_ = newest_frame_;
+  mesh_publisher_.add(update, fusion_->surface.meshes(), newest_frame_);
 }
 
-void BackgroundStage::publishPlaces(bool force) {
-  const PlaceGraphPtr places = fusion_.updatePlaces(newest_frame_, force);
-  if (places == nullptr) return;
-  newest_places_ = newest_frame_;
-  places_publisher_.publish(ros_interface::toMessage(*places, options_.world_frame));
-  report_.set("places", std::to_string(places->places.size()));
+void BackgroundStage::requestPlaces() {
+  last_places_ = newest_frame_;
+  places_.update(fusion_->free_space.takeChangedBlocks(), newest_frame_);
 }
 
 void BackgroundStage::check() {
   report_.set("frames that wait for integration", std::to_string(worker_.size()));
+  report_.set("frames that wait for integration [MB]",
+              std::to_string(budget_.usedBytes() / 1000000));
+  report_.set("views that wait for the places", std::to_string(places_.numWaitingViews()));
 }
 
 bool BackgroundStage::flush(std::chrono::steady_clock::time_point deadline) {
-  const bool is_done = worker_.waitIdle(deadline);
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (newest_frame_ != Stamp{}) publish(true);
+  bool is_done = worker_.waitIdle(deadline);
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (newest_frame_ != Stamp{}) {
+      publishMesh(fusion_->surface.updateMesh());
+      requestPlaces();
+    }
+  }
+  is_done &= places_.waitIdle(deadline);
+  is_done &= mesh_publisher_.waitIdle(deadline);
+  if (occupancy_) is_done &= occupancy_->flush(deadline);
   return is_done;
+}
+
+void BackgroundStage::reset() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++num_resets_;
+  fusion_ = std::make_unique<pipeline::BackgroundFusion>(options_.fusion);
+  mesh_publisher_.clear(newest_frame_);
+  places_.clear(newest_frame_);
+  if (occupancy_) occupancy_->clear(newest_frame_);
+  newest_frame_ = {};
+  last_mesh_ = last_places_ = std::nullopt;
+}
+
+void BackgroundStage::stop() {
+  worker_.stop();
+  if (occupancy_) occupancy_->stop();
+  places_.stop();
+  mesh_publisher_.stop();
+  late_.stop();
 }
 
 Stamp BackgroundStage::newestFrame() const {
@@ -82,21 +140,19 @@ Stamp BackgroundStage::newestFrame() const {
   return newest_frame_;
 }
 
-Stamp BackgroundStage::newestPlaces() const {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return newest_places_;
-}
-
 std::vector<WrittenFile> BackgroundStage::writeFiles(
     const std::filesystem::path& folder, const std::vector<ObjectPrimitivePtr>& primitives,
     const std::map<PrimitiveId, std::int32_t>& object_of_primitive) {
   std::unique_lock<std::mutex> lock(mutex_);
-  const Mesh mesh = fusion_.extractMesh();
-  std::vector<WrittenFile> files = pipeline::writeOccupancyFiles(folder, fusion_.occupancy());
+  publishMesh(fusion_->surface.updateMesh());
+  const mapping::MeshTable meshes = fusion_->surface.meshes();
   lock.unlock();
-  files.insert(files.begin(), pipeline::writeMeshFile(folder, mesh, primitives, object_of_primitive,
-                                                      options_.fusion.background.tsdf.voxel_size_m,
-                                                      options_.world_frame));
+  std::vector<WrittenFile> files{
+      pipeline::writeMeshFile(folder, mergeMeshes(meshes), primitives, object_of_primitive,
+                              options_.fusion.background.tsdf.voxel_size_m, options_.world_frame)};
+  if (occupancy_) {
+    for (auto& file : occupancy_->writeFiles(folder)) files.push_back(std::move(file));
+  }
   return files;
 }
 

@@ -3,20 +3,25 @@
 
 #include <ros/node_handle.h>
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "occupancy_stage.h"
+#include "places_stage.h"
 #include "task_scene_graph/core/files.h"
 #include "task_scene_graph/core/primitives.h"
 #include "task_scene_graph/pipeline/background_fusion.h"
+#include "task_scene_graph/ros/byte_budget.h"
+#include "task_scene_graph/ros/late_subscribers.h"
 #include "task_scene_graph/ros/mesh_publisher.h"
-#include "task_scene_graph/ros/occupancy_publisher.h"
 #include "task_scene_graph/ros/stage_report.h"
 #include "task_scene_graph/ros/worker.h"
 
@@ -27,17 +32,22 @@ struct BackgroundStageOptions {
   std::string world_frame;
   double mesh_period_s = 1.0;
   double octomap_period_s = 1.0;
-  std::size_t queue_size = 100;  ///< frames and views that wait
+  std::size_t queue_size = 100;             ///< frames, and views, that wait
+  std::size_t max_queue_bytes = 512000000;  ///< of the images of either
 };
 
-/// Every frame -> background mesh, places, occupancy map: their thread, their topics, their files.
-/// Thread-safe.
+/// Every frame -> background mesh, places, occupancy map: their threads, their topics, their files.
+///
+/// One thread integrates depth. It hands immutable tables of meshes to the mesh publisher's thread
+/// and copies of changed free space to the places' thread, and waits for neither; late subscribers
+/// have threads of their own. Thread-safe.
 class BackgroundStage {
  public:
   /// Advertises `mesh`, `mesh_blocks`, `place_graph` and, where enabled, `octomap...`.
   /// @param report  must outlive this object
   BackgroundStage(ros::NodeHandle& handle, const BackgroundStageOptions& options,
                   ros_interface::StageReport& report);
+  ~BackgroundStage() { stop(); }
 
   /// A frame to integrate. Never blocks for long.
   void addFrame(const RgbdFramePtr& frame);
@@ -46,43 +56,53 @@ class BackgroundStage {
 
   /// About once a second: lines of the diagnostics.
   void check();
-  /// Waits until all is integrated, and publishes what is, due or not. False if the deadline passes
-  /// first.
+  /// Waits until all is integrated and published, due or not. False if the deadline passes first;
+  /// what is done by then is published.
   bool flush(std::chrono::steady_clock::time_point deadline);
-  /// Drops what waits and joins the thread. Nothing may be added from now on.
-  void stop() { worker_.stop(); }
+  /// Begins anew: drops what waits, clears volumes, mesh, places and occupancy map, and tells
+  /// subscribers. Frames added from now on are of the new map.
+  void reset();
+  /// Drops what waits and joins all threads. Nothing may be added from now on.
+  void stop();
 
   /// Stamp of the newest integrated frame; 0 if there is none.
   Stamp newestFrame() const;
   /// Stamp of the newest place graph that was published; 0 if there is none.
-  Stamp newestPlaces() const;
+  Stamp newestPlaces() const { return places_.newest(); }
 
-  /// Writes `mesh.ply` with the given objects, and the occupancy map's files.
+  /// Writes `mesh.ply` with the given objects, and the occupancy map's files, as of now.
   /// @throws as pipeline::writeMeshFile() and pipeline::writeOccupancyFiles().
   std::vector<WrittenFile> writeFiles(
       const std::filesystem::path& folder, const std::vector<ObjectPrimitivePtr>& primitives,
       const std::map<PrimitiveId, std::int32_t>& object_of_primitive);
 
  private:
-  /// A frame to integrate, or, with a segmentation, a view for the places.
   struct Job {
     RgbdFramePtr frame;
-    SegmentationPtr segmentation;
+    ros_interface::ByteBudget::Share share;
+    std::uint64_t num_resets = 0;
   };
 
   void process(const Job& job);
-  void publish(bool force);
-  void publishPlaces(bool force);
+  void publishMesh(const mapping::MeshUpdate& update);
+  void requestPlaces();
 
   const BackgroundStageOptions options_;
   ros_interface::StageReport& report_;
-  mutable std::mutex mutex_;  ///< guards the three below, and what the publishers read of the first
-  pipeline::BackgroundFusion fusion_;
+  ros_interface::LateSubscribers late_;
+  ros_interface::ByteBudget budget_;
+  std::atomic<std::uint64_t> num_resets_{0};  ///< frames of before a reset are not integrated
+  /// Guards all below up to the publishers. Held while a frame is integrated and while changed
+  /// blocks are meshed, both O(what the camera sees); never while anything is sent, written or
+  /// waited for.
+  mutable std::mutex mutex_;
+  std::unique_ptr<pipeline::BackgroundFusion> fusion_;
   Stamp newest_frame_;
-  Stamp newest_places_;
+  std::optional<Stamp> last_mesh_;
+  std::optional<Stamp> last_places_;
   ros_interface::MeshPublisher mesh_publisher_;
-  std::unique_ptr<ros_interface::OccupancyPublisher> occupancy_publisher_;  ///< null if off
-  ros::Publisher places_publisher_;
+  PlacesStage places_;
+  std::unique_ptr<OccupancyStage> occupancy_;  ///< null if off
   ros_interface::Worker<Job> worker_;
 };
 

@@ -21,6 +21,7 @@ struct MeshFusionNodeletConfig {
   double mesh_period_s = 1.0;
   double octomap_period_s = 1.0;
   int queue_size = 100;
+  int queue_megabytes = 512;
   int object_queue_size = 1000;
   int frame_cache = 150;
   CommonConfig common;
@@ -38,6 +39,9 @@ struct MeshFusionNodeletConfig {
             "`octomap_changes`, `octomap_markers`");
     v.field("queue_size", self.queue_size, {1, 10000}, "frames",
             "frames that wait for depth integration; the oldest is dropped");
+    v.field("queue_megabytes", self.queue_megabytes, {1, 100000}, "MB",
+            "images of the frames that wait for depth integration, and as much again for places "
+            "and for the occupancy map; a frame beyond it is dropped");
     v.field("object_queue_size", self.object_queue_size, {10, 100000}, "messages",
             "segmented frames and tracks that wait for object reconstruction");
     v.field("frame_cache", self.frame_cache, {1, 10000}, "frames",

@@ -124,7 +124,8 @@ void MeshFusionNodelet::startTopics() {
       handle,
       BackgroundStageOptions{config_.background_fusion, config_.input.world_frame,
                              config_.mesh_period_s, config_.octomap_period_s,
-                             static_cast<std::size_t>(config_.queue_size)},
+                             static_cast<std::size_t>(config_.queue_size),
+                             1000000U * static_cast<std::size_t>(config_.queue_megabytes)},
       report());
   primitives_publisher_ = handle.advertise<msg::ObjectPrimitives>(
       "object_primitives", 1000,

@@ -7,18 +7,12 @@ namespace tsg::nodelets {
 
 void reportBackground(const pipeline::BackgroundFusion& background,
                       ros_interface::StageReport& report) {
-  const auto& counters = background.background().counters();
+  const auto& counters = background.surface.counters();
   report.set("frames without depth in range", std::to_string(counters.frames_without_depth));
   report.set("jumps of the camera", std::to_string(counters.pose_jumps));
   report.set("blocks archived", std::to_string(counters.blocks_archived));
   report.set("depth readings rejected by the filter",
-             std::to_string(background.depthFilterCounters().rejected_readings));
-  if (const auto* occupancy = background.occupancy()) {
-    report.set("occupancy: frames without depth in range",
-               std::to_string(occupancy->counters().frames_without_depth));
-    report.set("occupancy: readings out of the octree",
-               std::to_string(occupancy->counters().readings_out_of_tree));
-  }
+             std::to_string(background.depth_filter.counters().rejected_readings));
 }
 
 void reportObjects(const pipeline::ObjectFusion& objects, ros_interface::StageReport& report) {

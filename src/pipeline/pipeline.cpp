@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include "task_scene_graph/core/period.h"
+
 namespace tsg::pipeline {
 
 Pipeline::Pipeline(const PipelineConfig& config, const scene_graph::TaskList& object_tasks,
@@ -12,8 +14,12 @@ Pipeline::Pipeline(const PipelineConfig& config, const scene_graph::TaskList& ob
     : segmenter_(std::move(segmenter)),
       tracker_(config.tracker),
       background_(config.mesh_fusion.background_fusion),
+      places_(config.mesh_fusion.background_fusion.places),
+      places_period_s_(config.mesh_fusion.background_fusion.places_period_s),
       objects_(config.mesh_fusion.object_fusion),
       scene_graph_(config.scene_graph, world_frame) {
+  const auto& occupancy = config.mesh_fusion.background_fusion.occupancy;
+  if (occupancy.enabled) occupancy_ = std::make_unique<mapping::OccupancyMap>(occupancy);
   scene_graph_.setObjectTasks(object_tasks);
   scene_graph_.setPlaceTasks(place_tasks);
 }
@@ -21,14 +27,23 @@ Pipeline::Pipeline(const PipelineConfig& config, const scene_graph::TaskList& ob
 void Pipeline::process(const RgbdFramePtr& frame, const SegmentationPtr& recorded) {
   newest_ = frame->stamp;
   trajectory_.add(frame->stamp, frame->T_world_camera);
-  times_.measure("background", [&] { return background_.integrate(*frame); });
+  times_.measure("background", [&] { integrate(*frame); });
   const SegmentationPtr segmentation = findSegmentation(*frame, recorded);
   if (segmentation) {
     objects_.addFrame(frame, segmentation);
-    background_.addView(*frame, segmentation->image_embedding);
+    if (segmentation->image_embedding.size() > 0) {
+      places_.addView(*frame, segmentation->image_embedding);
+    }
     addTracks(times_.measure("tracking", [&] { return tracker_.update(*frame, *segmentation); }));
   }
   updatePlaces(false);
+}
+
+void Pipeline::integrate(const RgbdFrame& frame) {
+  const RgbdFramePtr filtered = background_.filter(frame);
+  background_.free_space.integrate(*filtered);
+  if (occupancy_) occupancy_->integrate(*filtered);
+  background_.surface.integrate(*filtered);
 }
 
 map::MapPtr Pipeline::finish() {
@@ -36,16 +51,15 @@ map::MapPtr Pipeline::finish() {
   updatePlaces(true);
   map::Map map = times_.measure("scene_graph", [&] { return map::makeMap(scene_graph_); });
   map.setTrajectory(std::make_shared<const Trajectory>(trajectory_));
-  map.setMesh(background_.background().config().tsdf.voxel_size_m, updateMesh());
+  map.setMesh(background_.surface.config().tsdf.voxel_size_m, updateMesh());
   return map.snapshot();
 }
 
 std::vector<mapping::BlockMesh> Pipeline::updateMesh() {
-  background_.updateMesh();
+  background_.surface.updateMesh();
+  const mapping::MeshTable& meshes = background_.surface.meshes();
   std::vector<mapping::BlockMesh> blocks;
-  for (const auto& block : background_.background().meshBlocks()) {
-    blocks.push_back({block, background_.background().findMesh(block)});
-  }
+  for (const auto& block : meshes.blocks()) blocks.push_back({block, meshes.find(block).load()});
   return blocks;
 }
 
@@ -68,9 +82,13 @@ void Pipeline::addTracks(const TrackedFrame& tracked) {
 }
 
 void Pipeline::updatePlaces(bool force) {
-  const PlaceGraphPtr places =
-      times_.measure("places", [&] { return background_.updatePlaces(newest_, force); });
-  if (!places) return;
+  if (!isDue(last_places_, newest_, places_period_s_) && !force) return;
+  last_places_ = newest_;
+  const PlaceGraphPtr places = times_.measure("places", [&] {
+    const mapping::TsdfVolume changed = background_.free_space.takeChangedBlocks();
+    places_.update(changed, changed.sortedBlockIndices(), newest_);
+    return std::make_shared<const PlaceGraph>(places_.graph());
+  });
   times_.measure("scene_graph", [&] {
     scene_graph_.setPlaces(places);
     return scene_graph_.snapshot();

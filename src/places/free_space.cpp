@@ -168,6 +168,7 @@ FreeSpace makeWalkableSpace(const VoxelMap& voxels, const Floor& floor,
   space.voxel_size_m = voxels.voxelSize();
   const double reach = config.max_distance_m / space.voxel_size_m;
   space.extent = widen(floor.extent, static_cast<int>(std::ceil(reach)));
+  requireBounded(space.extent, space.voxel_size_m);
   space.is_free.assign(space.extent.numCells(), 0);
   for (std::size_t i = 0; i < floor.height_m.size(); ++i) {
     const std::size_t cell = space.extent.toLinear(floor.extent.toIndex(i));
@@ -182,17 +183,19 @@ FreeSpace makeWalkableSpace(const VoxelMap& voxels, const Floor& floor,
   return space;
 }
 
-FreeSpace makeVolumeSpace(const VoxelMap& voxels, const PlacesConfig& config) {
+FreeSpace makeVolumeSpace(const VoxelMap& voxels, const std::vector<VoxelMap::ColumnIndex>& columns,
+                          const PlacesConfig& config) {
   FreeSpace space;
   space.voxel_size_m = voxels.voxelSize();
   GridIndex min;
   GridIndex max;
-  if (!voxels.computeBounds(min, max)) return space;
+  if (!voxels.computeBounds(columns, min, max)) return space;
   space.extent = {min, max - min + GridIndex::Ones()};
+  requireBounded(space.extent, space.voxel_size_m);
   space.is_free.assign(space.extent.numCells(), 0);
   Obstacles obstacles(space.extent.numCells());
-  for (const auto& [index, blocks] : voxels.columns()) {
-    for (const auto& [block_z, block] : blocks) {
+  for (const auto& index : columns) {
+    for (const auto& [block_z, block] : voxels.columns().at(index)) {
       const GridIndex first = GridIndex(index.first, index.second, block_z) * mapping::kBlockSide;
       for (int i = 0; i < mapping::kBlockVoxels; ++i) {
         const std::size_t cell = space.extent.toLinear(first + GridIndex(i % 8, i / 8 % 8, i / 64));

@@ -8,13 +8,6 @@
 namespace tsg::places {
 namespace {
 
-/// A standing place of one column.
-struct GroundNode {
-  int x = 0;  ///< voxel column
-  int y = 0;
-  float height_m = 0.0F;
-};
-
 using Nodes = std::vector<GroundNode>;
 
 /// Box of columns and, per column, its nodes as a range of `nodes`.
@@ -35,9 +28,10 @@ GridExtent computeExtent(const Nodes& nodes) {
 }
 
 /// Counting sort by column; nodes of a column keep their order.
-NodeGrid makeNodeGrid(const Nodes& nodes) {
+NodeGrid makeNodeGrid(const Nodes& nodes, double voxel_size_m) {
   NodeGrid grid;
   grid.extent = computeExtent(nodes);
+  requireBounded(grid.extent, voxel_size_m);
   grid.begin.assign(grid.extent.numCells() + 1, 0);
   std::vector<std::size_t> columns;
   columns.reserve(nodes.size());
@@ -71,8 +65,8 @@ bool isCliffEdge(const NodeGrid& grid, const GroundNode& node, double max_step_m
 }
 
 /// Noise at the edge of a cabinet can look like a ramp to its top; without the edge it does not.
-Nodes removeCliffEdges(Nodes nodes, double max_step_m) {
-  const NodeGrid grid = makeNodeGrid(nodes);
+Nodes removeCliffEdges(Nodes nodes, double voxel_size_m, double max_step_m) {
+  const NodeGrid grid = makeNodeGrid(nodes, voxel_size_m);
   const auto is_edge = [&](const GroundNode& node) { return isCliffEdge(grid, node, max_step_m); };
   nodes.erase(std::remove_if(nodes.begin(), nodes.end(), is_edge), nodes.end());
   return nodes;
@@ -181,21 +175,41 @@ void GroundMap::updateColumns(const VoxelMap& voxels,
 }
 
 std::vector<Floor> GroundMap::computeFloors(double voxel_size_m) const {
+  const auto gap = static_cast<int>(std::floor(2.0 * config_.max_floor_gap_m / voxel_size_m));
+  std::vector<VoxelMap::ColumnIndex> columns;
+  for (const auto& [index, heights_m] : heights_m_) columns.push_back(index);
+  std::vector<Nodes> floors;
+  for (const auto& island : splitIntoIslands(columns, 1 + gap / mapping::kBlockSide)) {
+    addFloors(collectNodes(island), gap, voxel_size_m, floors);
+  }
+  std::stable_sort(floors.begin(), floors.end(),
+                   [](const Nodes& a, const Nodes& b) { return a.size() > b.size(); });
+  std::vector<Floor> result;
+  for (const Nodes& floor : floors) result.push_back(makeFloor(floor));
+  return result;
+}
+
+std::vector<GroundNode> GroundMap::collectNodes(
+    const std::vector<VoxelMap::ColumnIndex>& columns) const {
   Nodes nodes;
-  for (const auto& [index, heights_m] : heights_m_) {
+  for (const auto& index : columns) {
+    const auto& heights_m = heights_m_.at(index);
     for (int i = 0; i < 64; ++i) {
       for (const float height_m : heights_m[static_cast<std::size_t>(i)]) {
         nodes.push_back({index.first * 8 + i % 8, index.second * 8 + i / 8, height_m});
       }
     }
   }
-  if (!nodes.empty()) nodes = removeCliffEdges(std::move(nodes), config_.max_step_m);
-  if (nodes.empty()) return {};
-  const NodeGrid grid = makeNodeGrid(nodes);
+  return nodes;
+}
+
+void GroundMap::addFloors(std::vector<GroundNode> nodes, int gap, double voxel_size_m,
+                          std::vector<std::vector<GroundNode>>& floors) const {
+  if (!nodes.empty()) nodes = removeCliffEdges(std::move(nodes), voxel_size_m, config_.max_step_m);
+  if (nodes.empty()) return;
+  const NodeGrid grid = makeNodeGrid(nodes, voxel_size_m);
   const double min_nodes = config_.min_floor_area_m2 / (voxel_size_m * voxel_size_m);
-  const auto gap = static_cast<int>(std::floor(2.0 * config_.max_floor_gap_m / voxel_size_m));
   std::vector<char> is_taken(grid.nodes.size(), 0);
-  std::vector<Nodes> floors;
   for (const std::size_t seed :
        findSeeds(grid, config_.max_step_m, static_cast<std::size_t>(std::ceil(min_nodes)))) {
     if (is_taken[seed] != 0) continue;
@@ -205,11 +219,6 @@ std::vector<Floor> GroundMap::computeFloors(double voxel_size_m) const {
       floors.back().push_back(grid.nodes[node]);
     }
   }
-  std::stable_sort(floors.begin(), floors.end(),
-                   [](const Nodes& a, const Nodes& b) { return a.size() > b.size(); });
-  std::vector<Floor> result;
-  for (const Nodes& floor : floors) result.push_back(makeFloor(floor));
-  return result;
 }
 
 }  // namespace tsg::places

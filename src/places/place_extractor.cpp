@@ -2,6 +2,7 @@
 #include "task_scene_graph/places/place_extractor.h"
 
 #include <algorithm>
+#include <cmath>
 #include <unordered_map>
 
 #include "task_scene_graph/config/config.h"
@@ -52,10 +53,16 @@ SparseGraph PlaceExtractor::computeSparseGraph() const {
   const auto sparsify = [&](const FreeSpace& space) {
     return places::computeSparseGraph(space, findVoronoiCells(space, config_), config_);
   };
-  if (config_.free_space == FreeSpaceKind::kVolume) {
-    return sparsify(makeVolumeSpace(voxels_, config_));
-  }
   SparseGraph graph;
+  if (config_.free_space == FreeSpaceKind::kVolume) {
+    // Obstacles beyond this are not looked for.
+    const double block_m = voxels_.voxelSize() * mapping::kBlockSide;
+    const int reach = 1 + static_cast<int>(std::ceil(config_.max_distance_m / block_m));
+    for (const auto& island : splitIntoIslands(voxels_.columnIndices(), reach)) {
+      graph.append(sparsify(makeVolumeSpace(voxels_, island, config_)));
+    }
+    return graph;
+  }
   for (const Floor& floor : ground_.computeFloors(voxels_.voxelSize())) {
     graph.append(sparsify(makeWalkableSpace(voxels_, floor, config_)));
   }

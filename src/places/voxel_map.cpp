@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "task_scene_graph/places/voxel_map.h"
 
+#include <algorithm>
 #include <set>
 #include <sstream>
 #include <stdexcept>
@@ -21,6 +22,23 @@ void copyDistances(const mapping::TsdfBlock& from, VoxelMap::Block& to) {
 std::size_t computeLinear(const GridIndex& voxel) {
   return static_cast<std::size_t>(
       mapping::TsdfBlock::computeLinearIndex(mapping::TsdfVolume::computeLocalIndex(voxel)));
+}
+
+/// Gives all cells that hang together with this one the number of its island.
+void spreadIsland(const VoxelMap::ColumnIndex& from, std::size_t island,
+                  std::map<VoxelMap::ColumnIndex, std::size_t>& island_of_cell) {
+  std::vector<VoxelMap::ColumnIndex> reached{from};
+  island_of_cell.at(from) = island;
+  while (!reached.empty()) {
+    const auto [x, y] = reached.back();
+    reached.pop_back();
+    for (int i = 0; i < 9; ++i) {
+      const auto next = island_of_cell.find({x + i % 3 - 1, y + i / 3 - 1});
+      if (next == island_of_cell.end() || next->second == island) continue;
+      next->second = island;
+      reached.push_back(next->first);
+    }
+  }
 }
 
 }  // namespace
@@ -76,15 +94,47 @@ std::array<VoxelMap::Column, 64> VoxelMap::readColumns(const ColumnIndex& index)
   return result;
 }
 
-bool VoxelMap::computeBounds(GridIndex& min, GridIndex& max) const {
+bool VoxelMap::computeBounds(const std::vector<ColumnIndex>& columns, GridIndex& min,
+                             GridIndex& max) const {
   min.setConstant(std::numeric_limits<int>::max());
   max.setConstant(std::numeric_limits<int>::min());
-  for (const auto& [index, blocks] : columns_) {
+  for (const auto& index : columns) {
+    const BlockColumn& blocks = columns_.at(index);
     min = min.cwiseMin(GridIndex(index.first, index.second, blocks.begin()->first) * kBlockSide);
     const GridIndex last(index.first, index.second, blocks.rbegin()->first);
     max = max.cwiseMax(last * kBlockSide + GridIndex::Constant(kBlockSide - 1));
   }
-  return !columns_.empty();
+  return !columns.empty();
+}
+
+std::vector<VoxelMap::ColumnIndex> VoxelMap::columnIndices() const {
+  std::vector<ColumnIndex> indices;
+  indices.reserve(columns_.size());
+  for (const auto& [index, blocks] : columns_) indices.push_back(index);
+  return indices;
+}
+
+std::vector<std::vector<VoxelMap::ColumnIndex>> splitIntoIslands(
+    const std::vector<VoxelMap::ColumnIndex>& columns, int reach_blocks) {
+  // Columns within reach lie in the same cell of this size or in cells that touch.
+  const int side = std::max(8, reach_blocks);
+  const auto toCell = [&](const VoxelMap::ColumnIndex& column) {
+    const auto divide = [&](int value) { return (value - (value < 0 ? side - 1 : 0)) / side; };
+    return VoxelMap::ColumnIndex(divide(column.first), divide(column.second));
+  };
+  constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+  std::map<VoxelMap::ColumnIndex, std::size_t> island_of_cell;
+  for (const auto& column : columns) island_of_cell[toCell(column)] = kNone;
+  std::vector<std::vector<VoxelMap::ColumnIndex>> islands;
+  for (const auto& column : columns) {
+    auto& island = island_of_cell.at(toCell(column));
+    if (island == kNone) {
+      spreadIsland(toCell(column), islands.size(), island_of_cell);
+      islands.emplace_back();
+    }
+    islands[island].push_back(column);
+  }
+  return islands;
 }
 
 }  // namespace tsg::places

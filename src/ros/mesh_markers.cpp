@@ -25,74 +25,48 @@ void appendTriangles(const Mesh& mesh, visualization_msgs::Marker& marker) {
 
 }  // namespace
 
-mapping::GridIndex computeMeshChunk(const mapping::GridIndex& block) {
-  static_assert(kMeshChunkSide == 4);
-  return {block.x() >> 2, block.y() >> 2, block.z() >> 2};
-}
-
-MeshMarkers::Chunk& MeshMarkers::findChunk(const mapping::GridIndex& block) {
-  const auto next_id = static_cast<int>(chunks_.size());
-  const auto [entry, is_new] = chunks_.try_emplace(computeMeshChunk(block));
-  if (is_new) entry->second.marker_id = next_id;
-  return entry->second;
-}
-
-void MeshMarkers::note(const mapping::MeshUpdate& update) {
-  for (const auto& block : update.changed) findChunk(block.block).blocks.insert(block.block);
-  for (const auto& block : update.removed) findChunk(block).blocks.erase(block);
-}
-
-std::vector<visualization_msgs::MarkerArray> MeshMarkers::update(const mapping::MeshUpdate& update,
-                                                                 const FindMesh& find_mesh) {
-  note(update);
-  std::map<int, const Chunk*> changed;
-  const auto collect = [&](const mapping::GridIndex& block) {
-    const Chunk& chunk = findChunk(block);
-    changed[chunk.marker_id] = &chunk;
-  };
-  for (const auto& block : update.changed) collect(block.block);
-  for (const auto& block : update.removed) collect(block);
-  return pack(changed, find_mesh);
-}
-
-std::vector<visualization_msgs::MarkerArray> MeshMarkers::all(const FindMesh& find_mesh) const {
-  std::map<int, const Chunk*> chunks;
-  for (const auto& [index, chunk] : chunks_) {
-    if (!chunk.blocks.empty()) chunks[chunk.marker_id] = &chunk;
+visualization_msgs::MarkerArray MeshMarkers::makePart(const std::vector<mapping::GridIndex>& chunks,
+                                                      std::size_t& next,
+                                                      const mapping::MeshTable& meshes) {
+  visualization_msgs::MarkerArray message;
+  std::size_t num_vertices = 0;
+  for (; next < chunks.size(); ++next) {
+    const auto* chunk = meshes.findChunk(chunks[next]);
+    if (chunk == nullptr && ids_.count(chunks[next]) == 0) continue;
+    const int id = ids_.try_emplace(chunks[next], static_cast<int>(ids_.size())).first->second;
+    visualization_msgs::Marker marker = makeMarker(id, chunk);
+    num_vertices += marker.points.size();
+    if (num_vertices > kMaxVertices && !message.markers.empty()) return message;
+    message.markers.push_back(std::move(marker));
   }
-  return pack(chunks, find_mesh);
+  return message;
 }
 
-visualization_msgs::Marker MeshMarkers::makeMarker(const Chunk& chunk,
-                                                   const FindMesh& find_mesh) const {
+visualization_msgs::MarkerArray MeshMarkers::clear() {
+  ids_.clear();
+  visualization_msgs::MarkerArray message;
+  message.markers.emplace_back();
+  message.markers[0].header.frame_id = world_frame_;
+  message.markers[0].ns = "mesh";
+  message.markers[0].action = visualization_msgs::Marker::DELETEALL;
+  return message;
+}
+
+visualization_msgs::Marker MeshMarkers::makeMarker(int id,
+                                                   const mapping::MeshTable::Chunk* chunk) const {
   visualization_msgs::Marker marker;
   marker.header.frame_id = world_frame_;  // stamp 0: rviz takes the newest transform
   marker.ns = "mesh";
-  marker.id = chunk.marker_id;
+  marker.id = id;
   marker.type = visualization_msgs::Marker::TRIANGLE_LIST;
-  marker.action = visualization_msgs::Marker::ADD;
+  marker.action =
+      chunk == nullptr ? visualization_msgs::Marker::DELETE : visualization_msgs::Marker::ADD;
   marker.pose.orientation.w = 1.0;
   marker.scale.x = marker.scale.y = marker.scale.z = 1.0;
   marker.color.a = 1.0F;
-  for (const auto& block : chunk.blocks) appendTriangles(*find_mesh(block), marker);
-  if (marker.points.empty()) marker.action = visualization_msgs::Marker::DELETE;
+  if (chunk == nullptr) return marker;
+  for (const auto& entry : *chunk) appendTriangles(*entry.mesh.load(), marker);
   return marker;
-}
-
-std::vector<visualization_msgs::MarkerArray> MeshMarkers::pack(
-    const std::map<int, const Chunk*>& chunks, const FindMesh& find_mesh) const {
-  std::vector<visualization_msgs::MarkerArray> messages;
-  std::size_t num_vertices = 0;
-  for (const auto& [id, chunk] : chunks) {
-    visualization_msgs::Marker marker = makeMarker(*chunk, find_mesh);
-    num_vertices += marker.points.size();
-    if (messages.empty() || num_vertices > kMaxVertices) {
-      messages.emplace_back();
-      num_vertices = marker.points.size();
-    }
-    messages.back().markers.push_back(std::move(marker));
-  }
-  return messages;
 }
 
 }  // namespace tsg::ros_interface

@@ -44,41 +44,9 @@ std::vector<mapping::GridIndex> readRemoved(const msg::MeshUpdate& message) {
   return blocks;
 }
 
-/// Collects blocks into messages of bounded size.
-class Packer {
- public:
-  Packer(const msg::MeshUpdate& empty, const MeshUpdateWriter::Send& send)
-      : empty_(empty), message_(empty), send_(send) {}
-
-  void add(const mapping::GridIndex& block, const Mesh& mesh) {
-    num_vertices_ += mesh.vertices.size();
-    if (num_vertices_ > MeshUpdateWriter::kMaxVertices && !message_.changed.empty()) {
-      flush(false);
-      num_vertices_ = mesh.vertices.size();
-    }
-    message_.changed.push_back(makeBlock(block, mesh));
-  }
-  void remove(const mapping::GridIndex& block) {
-    message_.removed.insert(message_.removed.end(), block.data(), block.data() + 3);
-  }
-  bool isEmpty() const { return message_.changed.empty() && message_.removed.empty(); }
-  std::uint32_t numSent() const { return num_sent_; }
-
-  /// Numbers the message by what `empty` is: changes count in sequence, parts in part.
-  void flush(bool is_last) {
-    (message_.part == 0 ? message_.sequence : message_.part) += num_sent_++;
-    message_.is_last = is_last ? 1 : 0;
-    send_(message_);
-    message_ = empty_;
-  }
-
- private:
-  const msg::MeshUpdate& empty_;
-  msg::MeshUpdate message_;
-  const MeshUpdateWriter::Send& send_;
-  std::size_t num_vertices_ = 0;
-  std::uint32_t num_sent_ = 0;
-};
+std::size_t countBytes(const Mesh& mesh) {
+  return 15 * mesh.vertices.size() + 12 * mesh.triangles.size() + 24;
+}
 
 }  // namespace
 
@@ -93,31 +61,61 @@ msg::MeshUpdate MeshUpdateWriter::makeMessage(Stamp stamp) const {
 
 void MeshUpdateWriter::sendChanges(const mapping::MeshUpdate& update, Stamp stamp,
                                    const Send& send) {
-  msg::MeshUpdate empty = makeMessage(stamp);
-  ++empty.sequence;
-  Packer packer(empty, send);
-  for (const auto& block : update.removed) packer.remove(block);
-  for (const auto& block : update.changed) packer.add(block.block, *block.mesh);
-  if (!packer.isEmpty()) packer.flush(true);
-  sequence_ += packer.numSent();
+  msg::MeshUpdate message = makeMessage(stamp);
+  std::size_t num_bytes = 0;
+  const auto flush = [&](bool is_last) {
+    message.sequence = ++sequence_;
+    message.is_last = is_last ? 1 : 0;
+    send(message);
+    message = makeMessage(stamp);
+    num_bytes = 0;
+  };
+  for (const auto& block : update.removed) {
+    message.removed.insert(message.removed.end(), block.data(), block.data() + 3);
+  }
+  for (const auto& block : update.changed) {
+    const std::size_t more = countBytes(*block.mesh);
+    if (num_bytes + more > kMaxBytes && !message.changed.empty()) flush(false);
+    num_bytes += more;
+    message.changed.push_back(makeBlock(block.block, *block.mesh));
+  }
+  if (!update.changed.empty() || !update.removed.empty()) flush(true);
 }
 
-void MeshUpdateWriter::sendAll(const std::vector<mapping::GridIndex>& blocks,
-                               const FindMesh& find_mesh, Stamp stamp, const Send& send) const {
-  msg::MeshUpdate empty = makeMessage(stamp);
-  empty.part = 1;
-  Packer packer(empty, send);
-  for (const auto& block : blocks) packer.add(block, *find_mesh(block));
-  packer.flush(true);
+msg::MeshUpdate MeshUpdateWriter::makePart(const std::vector<mapping::GridIndex>& blocks,
+                                           std::size_t& next, const mapping::MeshTable& meshes,
+                                           Stamp stamp, std::uint32_t part) const {
+  msg::MeshUpdate message = makeMessage(stamp);
+  message.part = part;
+  std::size_t num_bytes = 0;
+  for (; next < blocks.size(); ++next) {
+    const auto mesh = meshes.find(blocks[next]).load();
+    if (mesh == nullptr) continue;
+    num_bytes += countBytes(*mesh);
+    if (num_bytes > kMaxBytes && !message.changed.empty()) return message;
+    message.changed.push_back(makeBlock(blocks[next], *mesh));
+  }
+  message.is_last = 1;
+  return message;
+}
+
+msg::MeshUpdate MeshUpdateWriter::makeEmpty(Stamp stamp) const {
+  std::size_t next = 0;
+  return makePart({}, next, {}, stamp, 1);
 }
 
 MeshUpdateReader::Status MeshUpdateReader::classify(const msg::MeshUpdate& message) const {
-  const bool is_first = message.part == 1 || (message.part == 0 && message.sequence == 1);
-  if (is_first) return Status::kApplied;
-  if (state_ == State::kWaiting) return Status::kWaiting;
-  const bool follows = state_ == State::kPartial
-                           ? message.sequence == sequence_ && message.part == part_ + 1
-                           : message.sequence == sequence_ + 1 && message.part == 0;
+  if (message.part == 1) return Status::kApplied;
+  const bool is_first_change = message.part == 0 && message.sequence == 1;
+  if (state_ == State::kWaiting) return is_first_change ? Status::kApplied : Status::kWaiting;
+  if (message.part != 0) {
+    const bool follows = state_ == State::kPartial && message.part == part_ + 1;
+    return follows ? Status::kApplied : Status::kLost;
+  }
+  if (message.sequence <= first_part_sequence_) return Status::kWaiting;  // part 1 has it already
+  const bool is_part_missing =
+      state_ == State::kPartial && changes_since_part_ >= kMaxChangesBetweenParts;
+  const bool follows = message.sequence == sequence_ + 1 && !is_part_missing;
   return follows ? Status::kApplied : Status::kLost;
 }
 
@@ -128,8 +126,11 @@ MeshUpdateReader::Result MeshUpdateReader::apply(const msg::MeshUpdate& message)
   if (result.status != Status::kApplied) return result;
   const BlockMeshes changed = readChanged(message);
   const auto removed = readRemoved(message);
-  result.has_restarted = message.part == 1 || message.sequence == 1;
-  if (result.has_restarted && message.part <= 1) blocks_.clear();
+  result.has_restarted = message.part == 1 || state_ == State::kWaiting;
+  if (result.has_restarted) {
+    blocks_.clear();
+    first_part_sequence_ = message.part == 1 ? message.sequence : 0;
+  }
   for (const auto& [block, mesh] : changed) {
     blocks_[block] = mesh;
     result.changed.push_back(block);
@@ -138,9 +139,13 @@ MeshUpdateReader::Result MeshUpdateReader::apply(const msg::MeshUpdate& message)
     blocks_.erase(block);
     result.changed.push_back(block);
   }
-  state_ = message.part != 0 && message.is_last == 0 ? State::kPartial : State::kComplete;
-  sequence_ = message.sequence;
-  part_ = message.part;
+  if (message.part <= 1) sequence_ = message.sequence;  // later parts tell of no change
+  if (message.part != 0) part_ = message.part;
+  changes_since_part_ = message.part != 0 ? 0 : changes_since_part_ + 1;
+  if (message.part != 0 || state_ == State::kWaiting) {
+    const bool more_parts_follow = message.part != 0 && message.is_last == 0;
+    state_ = more_parts_follow ? State::kPartial : State::kComplete;
+  }
   return result;
 }
 

@@ -1,25 +1,31 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "task_scene_graph/ros/occupancy_publisher.h"
 
-#include <ros/publisher.h>
-#include <ros/single_subscriber_publisher.h>
+#include <algorithm>
+#include <vector>
 
 #include "task_scene_graph/core/period.h"
 #include "task_scene_graph/ros/occupancy_conversions.h"
 
 namespace tsg::ros_interface {
+namespace {
 
-OccupancyPublisher::OccupancyPublisher(ros::NodeHandle& handle, const Options& options,
-                                       mapping::OccupancyMap& map, std::mutex& map_mutex)
+constexpr std::size_t kVoxelsPerPart = 70000;  // 13 bytes each: just below 1 MB
+
+}  // namespace
+
+OccupancyPublisher::OccupancyPublisher(ros::NodeHandle& handle, LateSubscribers& late,
+                                       const Options& options, mapping::OccupancyMap& map,
+                                       std::mutex& map_mutex)
     : options_(options),
       map_(map),
       map_mutex_(map_mutex),
-      map_publisher_(
-          handle.advertise<OctomapMessage>("octomap", 2, greet(&OccupancyPublisher::sendMap))),
-      changes_publisher_(handle.advertise<msg::OctomapChanges>(
-          "octomap_changes", 100, greet(&OccupancyPublisher::sendVoxels))),
-      markers_publisher_(handle.advertise<visualization_msgs::MarkerArray>(
-          "octomap_markers", 2, greet(&OccupancyPublisher::sendMarkers))) {}
+      map_publisher_(late.advertise<OctomapMessage>(handle, "octomap", 2,
+                                                    [this](PartSender& s) { serveMap(s); })),
+      changes_publisher_(late.advertise<msg::OctomapChanges>(
+          handle, "octomap_changes", 100, [this](PartSender& s) { serveVoxels(s); })),
+      markers_publisher_(late.advertise<visualization_msgs::MarkerArray>(
+          handle, "octomap_markers", 2, [this](PartSender& s) { serveMarkers(s); })) {}
 
 void OccupancyPublisher::publish(Stamp stamp, bool force) {
   if (!isDue(last_, stamp, options_.period_s) && !force) return;
@@ -30,33 +36,56 @@ void OccupancyPublisher::publish(Stamp stamp, bool force) {
     changes_publisher_.publish(
         toMessage(changes, map_.config().resolution_m, false, stamp, options_.world_frame));
   }
+  publishAll();
+}
+
+void OccupancyPublisher::publishAll() {
   if (map_publisher_.getNumSubscribers() > 0) {
-    map_publisher_.publish(toMessage(map_, stamp, options_.world_frame));
+    map_publisher_.publish(toMessage(map_, *last_, options_.world_frame));
   }
   if (markers_publisher_.getNumSubscribers() > 0) {
     markers_publisher_.publish(toMarkers(map_, options_.world_frame));
   }
 }
 
-ros::SubscriberStatusCallback OccupancyPublisher::greet(
-    void (OccupancyPublisher::*send)(const ros::SingleSubscriberPublisher&)) {
-  return [this, send](const ros::SingleSubscriberPublisher& subscriber) {
-    const std::lock_guard<std::mutex> lock(map_mutex_);
-    if (last_) (this->*send)(subscriber);
-  };
+void OccupancyPublisher::clear(Stamp stamp) {
+  ++num_clears_;
+  last_ = stamp;
+  changes_publisher_.publish(
+      toMessage({}, map_.config().resolution_m, true, stamp, options_.world_frame));
+  publishAll();
 }
 
-void OccupancyPublisher::sendMap(const ros::SingleSubscriberPublisher& subscriber) {
-  subscriber.publish(toMessage(map_, *last_, options_.world_frame));
+void OccupancyPublisher::serveMap(PartSender& sender) {
+  const std::lock_guard<std::mutex> lock(map_mutex_);
+  if (last_) sender.send(toMessage(map_, *last_, options_.world_frame));
 }
 
-void OccupancyPublisher::sendVoxels(const ros::SingleSubscriberPublisher& subscriber) {
-  subscriber.publish(
-      toMessage(map_.voxels(), map_.config().resolution_m, true, *last_, options_.world_frame));
+void OccupancyPublisher::serveMarkers(PartSender& sender) {
+  const std::lock_guard<std::mutex> lock(map_mutex_);
+  if (last_) sender.send(toMarkers(map_, options_.world_frame));
 }
 
-void OccupancyPublisher::sendMarkers(const ros::SingleSubscriberPublisher& subscriber) {
-  subscriber.publish(toMarkers(map_, options_.world_frame));
+void OccupancyPublisher::serveVoxels(PartSender& sender) {
+  std::unique_lock<std::mutex> lock(map_mutex_);
+  if (!last_) return;
+  const auto clears = num_clears_;
+  auto voxels = map_.voxels();
+  for (std::size_t first = 0; first == 0 || first < voxels.size(); first += kVoxelsPerPart) {
+    const std::size_t end = std::min(voxels.size(), first + kVoxelsPerPart);
+    std::vector<mapping::OccupancyVoxel> part;
+    for (std::size_t i = first; i < end; ++i) {
+      // As it is now: what is sent to all meanwhile may come before it, never after.
+      const auto now = map_.atVoxel(voxels[i].index);
+      part.push_back({voxels[i].index, now == mapping::Occupancy::kOccupied});
+    }
+    sender.send(
+        toMessage(part, map_.config().resolution_m, first == 0, *last_, options_.world_frame));
+    lock.unlock();
+    if (!sender.waitForRoom()) return;
+    lock.lock();
+    if (clears != num_clears_) return;
+  }
 }
 
 }  // namespace tsg::ros_interface

@@ -117,9 +117,9 @@ void MeshDisplay::takeIn(const msg::MeshUpdate& message) {
   if (result.has_restarted) {
     for (const auto& [chunk, visual] : chunks_) dirty_.insert(chunk);
   }
-  for (const auto& block : result.changed) dirty_.insert(ros_interface::computeMeshChunk(block));
+  for (const auto& block : result.changed) dirty_.insert(mapping::computeMeshChunk(block));
   must_resubscribe_ = must_resubscribe_ || result.status == Status::kLost;
-  if (result.status == Status::kApplied) {
+  if (result.status == Status::kApplied || reader_.hasWholeMesh()) {
     setStatus(rviz::StatusProperty::Ok, "Topic", QString("%1 messages").arg(num_messages_));
   } else {
     setStatus(rviz::StatusProperty::Warn, "Topic",
@@ -164,7 +164,7 @@ void MeshDisplay::drawDirtyChunks() {
 
 void MeshDisplay::drawChunk(const Index& chunk) {
   std::vector<const Mesh*> meshes;
-  const int side = ros_interface::kMeshChunkSide;
+  const int side = mapping::kMeshChunkSide;
   for (int i = 0; i < side * side * side; ++i) {
     const Index block = chunk * side + Index(i % side, i / side % side, i / (side * side));
     const auto found = reader_.blocks().find(block);

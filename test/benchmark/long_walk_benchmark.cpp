@@ -12,6 +12,7 @@
 
 #include "synthetic_scene.h"
 #include "task_scene_graph/mapping/background_map.h"
+#include "task_scene_graph/mapping/mesh_table.h"
 #include "task_scene_graph/pipeline/background_fusion.h"
 
 namespace tsg::mapping {
@@ -76,7 +77,20 @@ struct Options {
   double minutes = 30.0;
   double rate_hz = 5.0;
   bool archive = true;
+  bool snapshots = false;
 };
+
+/// What saving costs: the time that integration waits for a table of all meshes, and the time that
+/// the reader of the table takes for the whole mesh, during which integration once waited.
+void printSnapshot(BackgroundMap& map) {
+  const Clock taking;
+  map.updateMesh();
+  const MeshTable table = map.meshes();
+  const double taking_ms = taking.elapsedMs();
+  const Clock reading;
+  const Mesh whole = mergeMeshes(table);
+  std::cout << ',' << taking_ms << ',' << reading.elapsedMs() << ',' << whole.triangles.size();
+}
 
 void walk(const Options& options) {
   pipeline::BackgroundFusionConfig defaults;
@@ -86,7 +100,8 @@ void walk(const Options& options) {
   }
   BackgroundMap background(defaults.background);
   BackgroundMap free_space(defaults.free_space);
-  std::cout << "minute,integration_ms,mesh_ms,resident_mb,blocks,archive_file_mb\n";
+  std::cout << "minute,integration_ms,mesh_ms,resident_mb,blocks,archive_file_mb"
+            << (options.snapshots ? ",snapshot_ms,whole_mesh_ms,triangles\n" : "\n");
   double integration_ms = 0.0;
   double mesh_ms = 0.0;
   int frames = 0;
@@ -109,7 +124,9 @@ void walk(const Options& options) {
     std::cout << i / options.rate_hz / 60.0 << ',' << integration_ms / frames << ','
               << mesh_ms / frames << ',' << readResidentMegabytes() << ','
               << background.volume().blocks().size() + free_space.volume().blocks().size() << ','
-              << static_cast<double>(background.archive().fileBytes()) / 1e6 << std::endl;
+              << static_cast<double>(background.archive().fileBytes()) / 1e6;
+    if (options.snapshots) printSnapshot(background);
+    std::cout << std::endl;
     integration_ms = mesh_ms = 0.0;
     frames = 0;
   }
@@ -126,6 +143,7 @@ int main(int argc, char** argv) {
   add("help", "print this");
   add("minutes", po::value(&options.minutes), "length of the walk (30)");
   add("rate_hz", po::value(&options.rate_hz), "frames per second (5)");
+  add("snapshots", po::value(&options.snapshots), "also read the whole mesh with each row (false)");
   add("archive", po::value(&options.archive), "drop voxels far away and long unseen (true)");
   try {
     po::variables_map given;

@@ -8,7 +8,7 @@ namespace {
 
 constexpr int kNumFrames = 20;
 
-/// Voxels of two centimetres along every ray: depth integration cannot keep up.
+/// Voxels of one centimetre, and of three along every ray: depth integration cannot keep up.
 TEST(Overload, DepthIntegrationDropsAndCountsFramesAndHoldsUpNothingElse) {
   Robot robot;
   Recorder<msg::Tracks> tracks("tracks");

@@ -181,6 +181,8 @@ class Recorder {
         },
         timeout_s);
   }
+  /// Ends the subscription; the messages stay.
+  void stop() { subscriber_.shutdown(); }
   bool waitForPublisher() {
     return waitUntil([&] { return subscriber_.getNumPublishers() > 0; });
   }

@@ -9,6 +9,7 @@
 
 #include "task_scene_graph/core/mesh.h"
 #include "task_scene_graph/mapping/mesh_archive.h"
+#include "task_scene_graph/mapping/mesh_table.h"
 #include "task_scene_graph/mapping/tsdf_integrator.h"
 
 namespace tsg::mapping {
@@ -74,26 +75,27 @@ class BackgroundMap {
   const BackgroundConfig& config() const { return config_; }
   const BackgroundCounters& counters() const { return counters_; }
   const TsdfVolume& volume() const { return volume_; }
-  const MeshArchive& archive() const { return archived_; }
+  const MeshArchive& archive() const { return archive_; }
 
-  /// Integrates a frame, then archives (checked once a second). Time goes by stamps only; the clock
-  /// of archiving never goes back. @throws std::invalid_argument as TsdfIntegrator::integrate().
+  /// Integrates a frame, then archives (checked once a second). Time goes by stamps only. The clock
+  /// of archiving never goes back: it stands while stamps jump back and goes on from there, as
+  /// those of a bag in a loop do. @throws std::invalid_argument as TsdfIntegrator::integrate().
   IntegrationResult integrate(const RgbdFrame& frame);
 
   /// Meshes the blocks that changed since the last call and those whose cells read them; nothing
   /// without `with_mesh`. O(changed blocks).
   MeshUpdate updateMesh();
 
-  /// Blocks that have a mesh as of the last updateMesh(), ascending by (z, y, x).
-  std::vector<GridIndex> meshBlocks() const;
-
-  /// The mesh of one block, world frame; null if it has none. One read of the archive's file where
-  /// the block is archived. @throws std::runtime_error as MeshArchive::load().
-  std::shared_ptr<const Mesh> findMesh(const GridIndex& block) const;
+  /// The meshes of all blocks as of the last updateMesh(), world frame. O(1).
+  const MeshTable& meshes() const { return meshes_; }
 
   /// The whole map including archived blocks, as of now; welded across block borders. Empty without
-  /// `with_mesh`.
+  /// `with_mesh`. @throws std::runtime_error as MeshArchive::Record::load().
   Mesh extractMesh() const;
+
+  /// Of a map without a mesh: copies of the blocks that changed since the last call and are still
+  /// there. O(changed blocks).
+  TsdfVolume takeChangedBlocks();
 
   /// Drops the voxels of these blocks now; the mesh stays as it is. When such a place is seen
   /// again, the old mesh stays in cells that are not fully observed anew. Unknown blocks are
@@ -102,15 +104,17 @@ class BackgroundMap {
 
  private:
   using MeshPtr = std::shared_ptr<const Mesh>;
-  using MeshMap = std::unordered_map<GridIndex, MeshPtr, GridIndexHash>;
+  using Records = std::unordered_map<GridIndex, MeshArchive::RecordPtr, GridIndexHash>;
 
   void countFrame(const RgbdFrame& frame, IntegrationStatus status);
   void countJump(const RgbdFrame& frame);
+  void advanceClock(Stamp stamp);
   std::vector<GridIndex> findBlocksToArchive(const Eigen::Vector3d& camera_m) const;
   /// Blocks whose reported mesh may be wrong, ascending.
   std::vector<GridIndex> computeStaleBlocks() const;
   std::vector<MeshPtr> computeMeshes(const std::vector<GridIndex>& blocks) const;
-  MeshPtr computeMeshWithArchive(const GridIndex& block) const;
+  /// Adds what the archive holds of the block, where its cells are not fully observed.
+  void appendArchived(const GridIndex& block, Mesh& mesh) const;
   bool isCellKnown(const GridIndex& lowest_voxel) const;
   void keepMeshes(const std::vector<GridIndex>& readers);
   void parkMeshes(const std::vector<GridIndex>& readers);
@@ -121,15 +125,16 @@ class BackgroundMap {
   TsdfIntegrator integrator_;
   TsdfVolume volume_;
   BackgroundCounters counters_;
-  Stamp newest_;
-  Stamp last_archived_;
+  std::optional<Stamp> newest_;
+  Stamp previous_;      ///< stamp of the frame before; less than newest_ after a jump back
+  double clock_s_ = 0;  ///< of archiving
+  double archived_at_s_ = 0;
   std::optional<Eigen::Vector3d> last_position_m_;  ///< of the camera
-  std::unordered_map<GridIndex, Stamp, GridIndexHash> last_seen_;
-  std::unordered_set<GridIndex, GridIndexHash> dirty_;  ///< changed since the last updateMesh()
-  /// As last reported, none is empty; null where that is what archived_ holds.
-  MeshMap meshes_;
-  /// Shown in cells that are not fully observed; none is empty.
-  MeshArchive archived_;
+  std::unordered_map<GridIndex, double, GridIndexHash> last_seen_s_;
+  std::unordered_set<GridIndex, GridIndexHash> dirty_;  ///< changed since the last update
+  MeshTable meshes_;                                    ///< as last reported
+  MeshArchive archive_;
+  Records archived_;  ///< shown in cells that are not fully observed; none is empty
 };
 
 }  // namespace tsg::mapping

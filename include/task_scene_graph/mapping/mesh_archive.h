@@ -1,57 +1,52 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <cstdint>
-#include <cstdio>
+#include <cstddef>
 #include <memory>
-#include <unordered_map>
-#include <vector>
 
 #include "task_scene_graph/core/mesh.h"
-#include "task_scene_graph/mapping/tsdf_volume.h"
 
 namespace tsg::mapping {
 
-/// Meshes of blocks that are put away: compressed without loss to about a third, in a temporary
-/// file without a name, so that it is gone with the process whatever happens. Where that file
-/// cannot be made or written, they stay in memory.
+/// Meshes that are put away: compressed without loss to about a third, in a temporary file without
+/// a name, so that it is gone with the process whatever happens. Where that file cannot be made or
+/// written, they stay in memory. Thread-safe.
 class MeshArchive {
+  class Storage;
+
  public:
-  MeshArchive() = default;
+  /// A mesh that was put away. It never changes; its place in the file is used again once nobody
+  /// holds the record. Outlives the archive.
+  class Record {
+   public:
+    ~Record();
+    Record(const Record&) = delete;
+    Record& operator=(const Record&) = delete;
+    /// The mesh, bit by bit. @throws std::runtime_error if the file cannot be read any more.
+    Mesh load() const;
 
-  /// Replaces what was there for this block. @throws std::runtime_error if memory runs out.
-  void store(const GridIndex& block, const Mesh& mesh);
+   private:
+    friend class MeshArchive;
+    explicit Record(std::shared_ptr<Storage> storage);
+    struct Place;
 
-  /// The mesh, bit by bit. Precondition: contains(block). From any number of threads at once, as
-  /// long as none stores. @throws std::runtime_error if the file cannot be read any more.
-  Mesh load(const GridIndex& block) const;
+    std::shared_ptr<Storage> storage_;
+    std::unique_ptr<const Place> place_;
+  };
+  using RecordPtr = std::shared_ptr<const Record>;
 
-  bool contains(const GridIndex& block) const { return entries_.count(block) != 0; }
+  MeshArchive();
 
-  std::size_t fileBytes() const { return static_cast<std::size_t>(file_end_); }
-  std::size_t memoryBytes() const { return memory_bytes_; }  ///< of meshes that are in no file
+  /// Never null. @throws std::runtime_error if memory runs out.
+  RecordPtr store(const Mesh& mesh);
+
+  /// Size of the file: at most what all records alive at one time ever took, rounded up to size
+  /// classes (a fifth more at most).
+  std::size_t fileBytes() const;
+  std::size_t memoryBytes() const;  ///< of meshes that are in no file
 
  private:
-  struct CloseFile {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-  };
-  struct Entry {
-    std::uint32_t vertices = 0;
-    std::uint32_t triangles = 0;
-    std::int64_t offset = 0;
-    std::uint32_t size = 0;                            ///< compressed bytes
-    std::uint32_t capacity = 0;                        ///< of the place in the file; 0 = in memory
-    std::unique_ptr<std::vector<std::uint8_t>> bytes;  ///< only in memory
-  };
-
-  bool write(const std::vector<std::uint8_t>& bytes, Entry& entry);
-  std::vector<std::uint8_t> read(const Entry& entry) const;
-
-  std::unordered_map<GridIndex, Entry, GridIndexHash> entries_;
-  std::unique_ptr<std::FILE, CloseFile> file_;
-  bool is_file_broken_ = false;
-  std::int64_t file_end_ = 0;
-  std::size_t memory_bytes_ = 0;
+  std::shared_ptr<Storage> storage_;
 };
 
 }  // namespace tsg::mapping

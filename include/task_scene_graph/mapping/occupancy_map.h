@@ -79,6 +79,7 @@ class OccupancyMap {
   /// max_range_m.
   explicit OccupancyMap(const OccupancyConfig& config);
   OccupancyMap(OccupancyMap&&) noexcept;
+  OccupancyMap& operator=(OccupancyMap&&) noexcept;
   ~OccupancyMap();
 
   const OccupancyConfig& config() const { return config_; }
@@ -91,6 +92,8 @@ class OccupancyMap {
 
   /// Unknown outside the tree. @param point_m world frame.
   Occupancy at(const Eigen::Vector3d& point_m) const;
+  /// Of the voxel with this index. O(1).
+  Occupancy atVoxel(const GridIndex& index) const;
 
   /// The voxels that are free, occupied or unknown otherwise than at the call before, as they are
   /// now; ascending by (z, y, x). What changed and changed back is not among them, unless it was
@@ -106,8 +109,11 @@ class OccupancyMap {
   /// only (`binary`), or with probabilities.
   std::string serialize(bool binary) const;
 
-  /// Writes the tree as OctoMap does: probabilities for the extension `.ot`, free, occupied and
-  /// unknown only for `.bt`. The file is there whole or not at all.
+  /// The tree as a file of OctoMap's: free, occupied and unknown only (`.bt`, binary), or with
+  /// probabilities (`.ot`). O(nodes).
+  std::string serializeFile(bool binary) const;
+
+  /// Writes serializeFile(), `.ot` or `.bt` by the path. The file is there whole or not at all.
   /// @throws std::invalid_argument for another extension, std::runtime_error as
   /// writeFileAtomically().
   void write(const std::filesystem::path& path) const;

@@ -104,8 +104,10 @@ class TsdfIntegrator {
   IntegrationResult integrate(const RgbdFrame& frame, TsdfVolume& volume);
 
  private:
-  IntegrationResult update(const RgbdFrame& frame, const std::vector<GridIndex>& selected,
-                           TsdfVolume& volume) const;
+  /// What keeps a frame from being integrated; else reads its depth.
+  IntegrationStatus readDepth(const RgbdFrame& frame);
+  /// The blocks that the frame can change, made where there were none; ascending by (z, y, x).
+  std::vector<TsdfBlock*> allocateBlocks(const RgbdFrame& frame, TsdfVolume& volume);
 
   IntegratorConfig config_;
   DepthBuffer depth_;

@@ -10,6 +10,7 @@
 #include "task_scene_graph/map/map.h"
 #include "task_scene_graph/pipeline/background_fusion.h"
 #include "task_scene_graph/pipeline/object_fusion.h"
+#include "task_scene_graph/places/place_extractor.h"
 #include "task_scene_graph/scene_graph/builder.h"
 #include "task_scene_graph/segmentation/segmenter.h"
 #include "task_scene_graph/tracking/tracker.h"
@@ -62,15 +63,17 @@ class Pipeline {
   map::MapPtr finish();
 
   /// Null unless mesh_fusion/occupancy/enabled.
-  const mapping::OccupancyMap* occupancy() const { return background_.occupancy(); }
+  const mapping::OccupancyMap* occupancy() const { return occupancy_.get(); }
   const StageTimes& times() const { return times_; }
   const ObjectFusion& objects() const { return objects_; }
   const BackgroundFusion& background() const { return background_; }
+  const places::PlaceExtractor& places() const { return places_; }
   const tracking::Tracker& tracker() const { return tracker_; }
   const scene_graph::SceneGraphBuilder& sceneGraph() const { return scene_graph_; }
 
  private:
   SegmentationPtr findSegmentation(const RgbdFrame& frame, const SegmentationPtr& recorded);
+  void integrate(const RgbdFrame& frame);
   void addTracks(const TrackedFrame& tracked);
   void updatePlaces(bool force);
   std::vector<mapping::BlockMesh> updateMesh();
@@ -78,6 +81,10 @@ class Pipeline {
   std::unique_ptr<segmentation::Segmenter> segmenter_;
   tracking::Tracker tracker_;
   BackgroundFusion background_;
+  std::unique_ptr<mapping::OccupancyMap> occupancy_;
+  places::PlaceExtractor places_;
+  double places_period_s_;
+  std::optional<Stamp> last_places_;
   ObjectFusion objects_;
   scene_graph::SceneGraphBuilder scene_graph_;
   Trajectory trajectory_;

@@ -35,8 +35,10 @@ void computeClearance(const std::vector<char>& is_obstacle, const std::vector<fl
 /// `max_step_m` and `body_height_m` above the nearest walkable column's ground.
 FreeSpace makeWalkableSpace(const VoxelMap& voxels, const Floor& floor, const PlacesConfig& config);
 
-/// Free = observed voxels with positive distance; obstacle = observed voxels with others.
-FreeSpace makeVolumeSpace(const VoxelMap& voxels, const PlacesConfig& config);
+/// Free = observed voxels with positive distance; obstacle = observed voxels with others; of these
+/// block columns.
+FreeSpace makeVolumeSpace(const VoxelMap& voxels, const std::vector<VoxelMap::ColumnIndex>& columns,
+                          const PlacesConfig& config);
 
 /// Cells of the generalised Voronoi diagram: free, clearance >= min_clearance_m, and beside a free
 /// cell with such clearance whose nearest obstacle is a different one (see

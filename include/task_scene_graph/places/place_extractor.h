@@ -49,7 +49,8 @@ class PlaceExtractor {
   /// Takes in the changed blocks of a carved volume (distance > 0 = free, weight 0 = unknown; a
   /// block that is no longer there is remembered as it was) and recomputes the graph. A place keeps
   /// its id while a place remains within one cell of where it was.
-  /// @throws std::invalid_argument if the voxel size differs from that of earlier calls.
+  /// @throws std::invalid_argument if the voxel size differs from that of earlier calls,
+  /// std::length_error if connected free space is too large for a dense grid (requireBounded()).
   /// O(changed voxels + extent of the map in voxels: of its ground plan, or of its box for
   /// `volume`).
   void update(const mapping::TsdfVolume& free_space,

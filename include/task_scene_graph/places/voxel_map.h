@@ -49,8 +49,11 @@ class VoxelMap {
   /// The 8 x 8 columns of a block column, x fastest. Empty distances if there is no block.
   std::array<Column, 64> readColumns(const ColumnIndex& index) const;
 
-  /// Smallest box of voxels that holds every block; false if there is none.
-  bool computeBounds(GridIndex& min, GridIndex& max) const;
+  /// Smallest box of voxels that holds every block of these columns; false if there is none.
+  bool computeBounds(const std::vector<ColumnIndex>& columns, GridIndex& min, GridIndex& max) const;
+
+  /// All block columns, ascending.
+  std::vector<ColumnIndex> columnIndices() const;
 
   using Block = std::array<float, mapping::kBlockVoxels>;
   using BlockColumn = std::map<int, std::unique_ptr<Block>>;  ///< by z of the block
@@ -60,5 +63,12 @@ class VoxelMap {
   double voxel_size_m_ = 0.0;
   std::map<ColumnIndex, BlockColumn> columns_;
 };
+
+/// Divides block columns into islands: columns of different islands are more than `reach_blocks`
+/// apart along x or y, so that dense grids of each need not span the space between them (a single
+/// frame whose pose is off by kilometres makes such an island). Islands ascend by their first
+/// column, as do the columns in each. O(n log n).
+std::vector<std::vector<VoxelMap::ColumnIndex>> splitIntoIslands(
+    const std::vector<VoxelMap::ColumnIndex>& columns, int reach_blocks);
 
 }  // namespace tsg::places

@@ -3,14 +3,12 @@
 
 #include <visualization_msgs/MarkerArray.h>
 
-#include <functional>
 #include <map>
-#include <memory>
-#include <set>
 #include <string>
 #include <vector>
 
-#include "task_scene_graph/mapping/background_map.h"
+#include "task_scene_graph/mapping/mesh_table.h"
+#include "task_scene_graph/mapping/tsdf_integrator.h"
 
 namespace tsg::ros_interface {
 
@@ -21,44 +19,29 @@ struct BlockOrder {
   }
 };
 
-/// Blocks are drawn in cubes of kMeshChunkSide^3: a block alone is too little for one draw call.
-constexpr int kMeshChunkSide = 4;
-mapping::GridIndex computeMeshChunk(const mapping::GridIndex& block);
-
-/// Gives the mesh of a block that has one.
-using FindMesh = std::function<std::shared_ptr<const Mesh>(const mapping::GridIndex& block)>;
-
-/// The background mesh as markers for rviz: one TRIANGLE_LIST per chunk, under an id that never
-/// changes; only chunks that changed are sent again, in messages of bounded size. Keeps indices
-/// only: meshes are asked for.
+/// The background mesh as markers for rviz: one TRIANGLE_LIST per chunk (a block alone is too
+/// little for one draw call), under an id that never changes, in messages of bounded size. Keeps
+/// ids only.
 class MeshMarkers {
  public:
-  static constexpr std::size_t kMaxVertices = 150000;  ///< of one message, 40 bytes each
+  static constexpr std::size_t kMaxVertices = 25000;  ///< of one message, 40 bytes each
 
   explicit MeshMarkers(std::string world_frame) : world_frame_(std::move(world_frame)) {}
 
-  /// Takes in an update that nobody is told of.
-  void note(const mapping::MeshUpdate& update);
-  /// Takes in an update; returns the chunks that changed (DELETE for those that are empty now).
-  std::vector<visualization_msgs::MarkerArray> update(const mapping::MeshUpdate& update,
-                                                      const FindMesh& find_mesh);
-  /// Every chunk there is, for a subscriber that comes late.
-  std::vector<visualization_msgs::MarkerArray> all(const FindMesh& find_mesh) const;
-  std::size_t numChunks() const { return chunks_.size(); }
+  /// Markers of chunks[next] and those after it, as many as one message takes (one at least), as
+  /// they are in `meshes`; DELETE for those without a mesh that had one. Moves `next` on.
+  /// @throws std::runtime_error as StoredMesh::load().
+  visualization_msgs::MarkerArray makePart(const std::vector<mapping::GridIndex>& chunks,
+                                           std::size_t& next, const mapping::MeshTable& meshes);
+
+  /// A message that deletes all markers; ids begin anew.
+  visualization_msgs::MarkerArray clear();
 
  private:
-  struct Chunk {
-    int marker_id = 0;
-    std::set<mapping::GridIndex, BlockOrder> blocks;
-  };
-
-  Chunk& findChunk(const mapping::GridIndex& block);
-  visualization_msgs::Marker makeMarker(const Chunk& chunk, const FindMesh& find_mesh) const;
-  std::vector<visualization_msgs::MarkerArray> pack(const std::map<int, const Chunk*>& chunks,
-                                                    const FindMesh& find_mesh) const;
+  visualization_msgs::Marker makeMarker(int id, const mapping::MeshTable::Chunk* chunk) const;
 
   std::string world_frame_;
-  std::map<mapping::GridIndex, Chunk, BlockOrder> chunks_;
+  std::map<mapping::GridIndex, int, BlockOrder> ids_;
 };
 
 }  // namespace tsg::ros_interface

@@ -17,7 +17,7 @@ namespace tsg::ros_interface {
 /// what it missed.
 class MeshUpdateWriter {
  public:
-  static constexpr std::size_t kMaxVertices = 50000;  ///< of one message, about 40 bytes each
+  static constexpr std::size_t kMaxBytes = 1000000;  ///< of one message's meshes; one block fits
   using Send = std::function<void(const msg::MeshUpdate&)>;
 
   MeshUpdateWriter(std::string world_frame, double block_size_m)
@@ -27,9 +27,15 @@ class MeshUpdateWriter {
   void skip() { ++sequence_; }
   /// Sends an update; nothing if it is empty.
   void sendChanges(const mapping::MeshUpdate& update, Stamp stamp, const Send& send);
-  /// Sends the whole mesh, at least one part. @param blocks  all that have a mesh.
-  void sendAll(const std::vector<mapping::GridIndex>& blocks, const FindMesh& find_mesh,
-               Stamp stamp, const Send& send) const;
+  /// A part of the whole mesh: blocks[next] and those after it, as many as one message takes, as
+  /// they are in `meshes` (passed over if they have none). Moves `next` on; the part that reaches
+  /// the end is the last. Changes may be sent between two parts.
+  /// @param part  counts from 1
+  /// @throws std::runtime_error as mapping::StoredMesh::load().
+  msg::MeshUpdate makePart(const std::vector<mapping::GridIndex>& blocks, std::size_t& next,
+                           const mapping::MeshTable& meshes, Stamp stamp, std::uint32_t part) const;
+  /// The whole mesh of a map without any.
+  msg::MeshUpdate makeEmpty(Stamp stamp) const;
 
  private:
   msg::MeshUpdate makeMessage(Stamp stamp) const;
@@ -43,10 +49,12 @@ class MeshUpdateWriter {
 class MeshUpdateReader {
  public:
   using Blocks = std::map<mapping::GridIndex, std::shared_ptr<const Mesh>, BlockOrder>;
+  /// More messages than a publisher keeps for a subscriber: the part that did not come is lost.
+  static constexpr std::uint32_t kMaxChangesBetweenParts = 64;
 
   enum class Status {
     kApplied,
-    kWaiting,  ///< changes of a mesh that is not here yet; ignored
+    kWaiting,  ///< changes of a mesh that is not here yet, or that came with it; ignored
     kLost,  ///< a message before it is missing; ignored, as all changes until the whole mesh comes
   };
   struct Result {
@@ -71,8 +79,10 @@ class MeshUpdateReader {
 
   Blocks blocks_;
   State state_ = State::kWaiting;
-  std::uint32_t sequence_ = 0;
+  std::uint32_t sequence_ = 0;  ///< of the last change
+  std::uint32_t first_part_sequence_ = 0;
   std::uint32_t part_ = 0;
+  std::uint32_t changes_since_part_ = 0;
 };
 
 }  // namespace tsg::ros_interface

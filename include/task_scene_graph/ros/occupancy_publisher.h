@@ -3,16 +3,19 @@
 
 #include <ros/node_handle.h>
 
+#include <cstdint>
 #include <mutex>
 #include <optional>
 #include <string>
 
 #include "task_scene_graph/mapping/occupancy_map.h"
+#include "task_scene_graph/ros/late_subscribers.h"
 
 namespace tsg::ros_interface {
 
 /// Publishes an occupancy map: `octomap` (whole), `octomap_changes` and `octomap_markers`. Nothing
-/// is made that nobody listens to; a late subscriber is first sent all there is.
+/// is made that nobody listens to. A late subscriber of the changes is first sent all there is,
+/// part by part; the other two are whole by their nature.
 class OccupancyPublisher {
  public:
   struct Options {
@@ -20,25 +23,29 @@ class OccupancyPublisher {
     double period_s = 1.0;  ///< least time, of the frames' stamps, between two messages
   };
 
+  /// @param late       serves late subscribers; must outlive this object
   /// @param map        must outlive this object.
-  /// @param map_mutex  guards the map; locked when a subscriber comes.
-  OccupancyPublisher(ros::NodeHandle& handle, const Options& options, mapping::OccupancyMap& map,
-                     std::mutex& map_mutex);
+  /// @param map_mutex  guards the map; locked when a subscriber comes, once for each part.
+  OccupancyPublisher(ros::NodeHandle& handle, LateSubscribers& late, const Options& options,
+                     mapping::OccupancyMap& map, std::mutex& map_mutex);
 
   /// Publishes what is due at `stamp` (or `force`). Precondition: the caller holds map_mutex.
   void publish(Stamp stamp, bool force);
+  /// Tells subscribers that the map is empty now. Precondition: it is, and the caller holds
+  /// map_mutex.
+  void clear(Stamp stamp);
 
  private:
-  ros::SubscriberStatusCallback greet(
-      void (OccupancyPublisher::*send)(const ros::SingleSubscriberPublisher&));
-  void sendMap(const ros::SingleSubscriberPublisher& subscriber);
-  void sendVoxels(const ros::SingleSubscriberPublisher& subscriber);
-  void sendMarkers(const ros::SingleSubscriberPublisher& subscriber);
+  void publishAll();
+  void serveMap(PartSender& sender);
+  void serveMarkers(PartSender& sender);
+  void serveVoxels(PartSender& sender);
 
   Options options_;
   mapping::OccupancyMap& map_;
-  std::mutex& map_mutex_;
+  std::mutex& map_mutex_;  ///< guards the two below, too
   std::optional<Stamp> last_;
+  std::uint64_t num_clears_ = 0;
   ros::Publisher map_publisher_;
   ros::Publisher changes_publisher_;
   ros::Publisher markers_publisher_;

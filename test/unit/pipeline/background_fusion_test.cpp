@@ -21,10 +21,16 @@ RgbdFrame makeMixedFrame(double seconds) {
   return frame;
 }
 
+void integrate(BackgroundFusion& fusion, const RgbdFrame& frame) {
+  const RgbdFramePtr filtered = fusion.filter(frame);
+  fusion.free_space.integrate(*filtered);
+  fusion.surface.integrate(*filtered);
+}
+
 std::ptrdiff_t countCrumbs(const BackgroundFusionConfig& config) {
   BackgroundFusion fusion(config);
-  for (int i = 0; i < 5; ++i) fusion.integrate(makeMixedFrame(0.1 * i));
-  const Mesh mesh = fusion.extractMesh();
+  for (int i = 0; i < 5; ++i) integrate(fusion, makeMixedFrame(0.1 * i));
+  const Mesh mesh = fusion.surface.extractMesh();
   EXPECT_GT(mesh.vertices.size(), 500U);
   return std::count_if(mesh.vertices.begin(), mesh.vertices.end(),
                        [](const Eigen::Vector3f& p) { return p.z() > 1.7F && p.z() < 2.3F; });
@@ -41,29 +47,26 @@ TEST(BackgroundFusion, FlyingPixelsLeaveNoCrumbsInTheMesh) {
 
 TEST(BackgroundFusion, CountsWhatTheFilterRejects) {
   BackgroundFusion fusion({});
-  fusion.integrate(makeMixedFrame(0.0));
-  EXPECT_EQ(fusion.depthFilterCounters().rejected_readings, 120U);
-  EXPECT_EQ(fusion.depthFilterCounters().valid_readings, 120U * 160U);
+  integrate(fusion, makeMixedFrame(0.0));
+  EXPECT_EQ(fusion.depth_filter.counters().rejected_readings, 120U);
+  EXPECT_EQ(fusion.depth_filter.counters().valid_readings, 120U * 160U);
 }
 
 TEST(BackgroundFusion, FramesThatDoNotFitTheirCameraAreRejected) {
   BackgroundFusion fusion({});
   RgbdFrame frame = makeMixedFrame(0.0);
   frame.camera.width_px = 80;
-  EXPECT_THROW(fusion.integrate(frame), std::invalid_argument);
-  EXPECT_TRUE(fusion.background().volume().blocks().empty());
+  EXPECT_THROW(fusion.filter(frame), std::invalid_argument);
+  EXPECT_TRUE(fusion.surface.volume().blocks().empty());
 }
 
-TEST(BackgroundFusion, PlacesAreDueAfterAPeriodAndWhenStampsHaveJumpedBack) {
-  BackgroundFusionConfig config;
-  config.places_period_s = 1.0;
-  BackgroundFusion fusion(config);
-  EXPECT_NE(fusion.updatePlaces(Stamp::fromSeconds(100.0), false), nullptr);
-  EXPECT_EQ(fusion.updatePlaces(Stamp::fromSeconds(100.5), false), nullptr);
-  EXPECT_NE(fusion.updatePlaces(Stamp::fromSeconds(100.5), true), nullptr);
-  EXPECT_NE(fusion.updatePlaces(Stamp::fromSeconds(101.5), false), nullptr);
-  EXPECT_NE(fusion.updatePlaces(Stamp::fromSeconds(3.0), false), nullptr);
-  EXPECT_EQ(fusion.updatePlaces(Stamp::fromSeconds(3.5), false), nullptr);
+TEST(BackgroundFusion, FilteringLeavesTheFrameAsItIs) {
+  BackgroundFusion fusion({});
+  const RgbdFrame frame = makeMixedFrame(0.0);
+  const RgbdFramePtr filtered = fusion.filter(frame);
+  EXPECT_EQ(frame.depth.image.at<std::uint16_t>(60, 80), 2000);
+  EXPECT_EQ(filtered->depth.at(80, 60), 0.0F);
+  EXPECT_EQ(filtered->color.image.data, frame.color.image.data);
 }
 
 }  // namespace

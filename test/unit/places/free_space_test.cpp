@@ -169,7 +169,7 @@ TEST(VolumeSpace, ClearanceIsTheThreeDimensionalDistance) {
   BoxWorld world;
   world.addRoom(0, 0, 3, 3).add({-0.2, -0.2, 2.0}, {3.2, 3.2, 2.2});
   const Seen seen(world, kView);
-  const FreeSpace space = makeVolumeSpace(seen.voxels, seen.config);
+  const FreeSpace space = makeVolumeSpace(seen.voxels, seen.voxels.columnIndices(), seen.config);
   int num_free = 0;
   for (std::size_t cell = 0; cell < space.is_free.size(); ++cell) {
     const Eigen::Vector3d p = space.computePosition(cell);

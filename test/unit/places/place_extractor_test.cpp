@@ -292,6 +292,64 @@ TEST(PlaceExtractor, EmptyOrSolidVolumesHaveNoPlaces) {
   EXPECT_EQ(extractor.graph().stamp, Stamp{3});
 }
 
+/// What one frame with a wrong pose leaves: a patch of floor with free space above it.
+std::vector<mapping::GridIndex> addFarPatch(double far_m, mapping::TsdfVolume& volume) {
+  BoxWorld patch;
+  patch.addFloor(far_m, far_m, far_m + 3.0, far_m + 3.0);
+  return test::observe(patch, makeAabb({far_m, far_m, -0.3}, {far_m + 3.0, far_m + 3.0, 1.6}),
+                       volume);
+}
+
+class FarPatch : public testing::TestWithParam<FreeSpaceKind> {};
+
+TEST_P(FarPatch, OfAFrameWhosePoseIsOffByKilometresLeavesThePlacesAsTheyAre) {
+  PlacesConfig config;
+  config.free_space = GetParam();
+  mapping::TsdfVolume volume(kVoxel_m);
+  const auto blocks = test::observe(makeTwoRooms(0.9), kEverything, volume);
+  PlaceExtractor extractor(config);
+  extractor.update(volume, blocks, Stamp{1});
+  const auto before = extractor.graph().places;
+  ASSERT_GT(before.size(), 4U);
+  for (const double far_m : {1e3, -3e3, 5e3, 5e5}) {
+    extractor.update(volume, addFarPatch(far_m, volume), Stamp{2});
+  }
+  std::size_t num_near = 0;
+  for (const auto& place : extractor.graph().places) {
+    if (place.position_m.norm() > 500.0) continue;
+    ASSERT_LT(num_near, before.size());
+    EXPECT_EQ(place.id, before[num_near].id);
+    EXPECT_EQ(place.position_m, before[num_near].position_m);
+    ++num_near;
+  }
+  EXPECT_EQ(num_near, before.size());
+}
+
+INSTANTIATE_TEST_SUITE_P(BothKinds, FarPatch,
+                         testing::Values(FreeSpaceKind::kWalkable, FreeSpaceKind::kVolume));
+
+TEST(PlaceExtractor, FreeSpaceTooLargeForADenseGridIsRefusedWithItsSize) {
+  mapping::TsdfVolume volume(kVoxel_m);
+  // 1.3 km along the diagonal, in patches that touch
+  std::vector<mapping::GridIndex> blocks;
+  for (double at_m = 0.0; at_m < 1300.0; at_m += 1.6) {
+    BoxWorld patch;
+    patch.addFloor(at_m, at_m, at_m + 2.4, at_m + 2.4);
+    for (const auto& block : test::observe(
+             patch, makeAabb({at_m, at_m, -0.3}, {at_m + 2.4, at_m + 2.4, 1.2}), volume)) {
+      blocks.push_back(block);
+    }
+  }
+  PlaceExtractor extractor{PlacesConfig{}};
+  try {
+    extractor.update(volume, blocks, Stamp{1});
+    FAIL() << "accepted";
+  } catch (const std::length_error& e) {
+    EXPECT_NE(std::string(e.what()).find("0.1 m"), std::string::npos) << e.what();
+    EXPECT_NE(std::string(e.what()).find("1302"), std::string::npos) << e.what();
+  }
+}
+
 TEST(PlaceExtractor, AnotherVoxelSizeIsRejectedWithBothSizes) {
   PlaceExtractor extractor{PlacesConfig{}};
   extractor.update(mapping::TsdfVolume(0.1), {}, Stamp{1});

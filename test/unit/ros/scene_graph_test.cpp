@@ -158,74 +158,68 @@ TEST(SceneGraphMarkers, ColoursOfDifferentTasksDiffer) {
   EXPECT_EQ(colors.size(), 31U);
 }
 
-mapping::BlockMesh makeBlock(const mapping::GridIndex& block, std::size_t num_triangles) {
+mapping::MeshTable::Entry makeBlock(const mapping::GridIndex& block, std::size_t num_triangles) {
   auto mesh = std::make_shared<Mesh>();
   mesh->vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   mesh->colors.assign(3, {255, 0, 51});
   mesh->triangles.assign(num_triangles, {0, 1, 2});
-  return {block, mesh};
+  return {block, mapping::StoredMesh(mesh)};
 }
 
-/// Blocks as a map keeps them.
-class Blocks {
- public:
-  mapping::MeshUpdate update(const std::vector<mapping::BlockMesh>& changed) {
-    for (const auto& block : changed) meshes_[block.block] = block.mesh;
-    return {changed, {}};
+std::vector<visualization_msgs::MarkerArray> makeAll(MeshMarkers& markers,
+                                                     const std::vector<mapping::GridIndex>& chunks,
+                                                     const mapping::MeshTable& meshes) {
+  std::vector<visualization_msgs::MarkerArray> messages;
+  for (std::size_t next = 0; next < chunks.size();) {
+    messages.push_back(markers.makePart(chunks, next, meshes));
   }
-  FindMesh finder() const {
-    return [this](const mapping::GridIndex& block) { return meshes_.at(block); };
-  }
+  return messages;
+}
 
- private:
-  std::map<mapping::GridIndex, std::shared_ptr<const Mesh>, BlockOrder> meshes_;
-};
-
-TEST(MeshMarkers, OnlyChunksThatChangedAreSentUnderStableIds) {
+TEST(MeshMarkers, ChunksHaveIdsThatNeverChange) {
   MeshMarkers markers("world");
-  Blocks blocks;
-  const auto first = markers.update(
-      blocks.update({makeBlock({0, 0, 0}, 1), makeBlock({3, 3, 3}, 1), makeBlock({-1, 0, 0}, 1)}),
-      blocks.finder());
+  auto meshes = mapping::MeshTable().with(
+      {makeBlock({0, 0, 0}, 1), makeBlock({3, 3, 3}, 1), makeBlock({-1, 0, 0}, 1)});
+  const auto first = makeAll(markers, {{0, 0, 0}, {-1, 0, 0}}, meshes);
   ASSERT_EQ(first.size(), 1U);
   ASSERT_EQ(first[0].markers.size(), 2U);  // two blocks share a chunk
-  EXPECT_EQ(first[0].markers[0].points.size() + first[0].markers[1].points.size(), 9U);
-  const auto second = markers.update(blocks.update({makeBlock({-2, 1, 1}, 5)}), blocks.finder());
-  ASSERT_EQ(second.size(), 1U);
+  EXPECT_EQ(first[0].markers[0].points.size(), 6U);
+  EXPECT_EQ(first[0].markers[1].points.size(), 3U);
+  meshes = meshes.with({makeBlock({-2, 1, 1}, 5)});
+  const auto second = makeAll(markers, {{-1, 0, 0}}, meshes);
   ASSERT_EQ(second[0].markers.size(), 1U);
   EXPECT_EQ(second[0].markers[0].id, 1);
   EXPECT_EQ(second[0].markers[0].points.size(), 18U);
   EXPECT_FLOAT_EQ(second[0].markers[0].colors[0].b, 0.2F);
-  EXPECT_EQ(markers.all(blocks.finder())[0].markers.size(), 2U);
 }
 
-TEST(MeshMarkers, WhatNobodyWasToldOfIsThereForALateSubscriber) {
+TEST(MeshMarkers, AChunkWithoutAMeshIsDeletedIfItWasEverSent) {
   MeshMarkers markers("world");
-  Blocks blocks;
-  markers.note(blocks.update({makeBlock({0, 0, 0}, 1), makeBlock({8, 0, 0}, 2)}));
-  const auto all = markers.all(blocks.finder());
-  ASSERT_EQ(all.size(), 1U);
-  EXPECT_EQ(all[0].markers[1].points.size(), 6U);
-}
-
-TEST(MeshMarkers, EmptyChunkIsDeleted) {
-  MeshMarkers markers("world");
-  Blocks blocks;
-  markers.update(blocks.update({makeBlock({0, 0, 0}, 1)}), blocks.finder());
-  mapping::MeshUpdate update;
-  update.removed = {{0, 0, 0}};
-  const auto messages = markers.update(update, blocks.finder());
+  const auto meshes = mapping::MeshTable().with({makeBlock({0, 0, 0}, 1)});
+  makeAll(markers, meshes.chunks(), meshes);
+  const auto messages = makeAll(markers, {{0, 0, 0}, {7, 7, 7}}, {});
   ASSERT_EQ(messages.size(), 1U);
+  ASSERT_EQ(messages[0].markers.size(), 1U);
   EXPECT_EQ(messages[0].markers[0].action, Marker::DELETE);
-  EXPECT_TRUE(markers.all(blocks.finder()).empty());
+  EXPECT_EQ(messages[0].markers[0].id, 0);
+}
+
+TEST(MeshMarkers, AClearedMapDeletesAll) {
+  MeshMarkers markers("world");
+  const auto meshes = mapping::MeshTable().with({makeBlock({0, 0, 0}, 1)});
+  makeAll(markers, meshes.chunks(), meshes);
+  const auto message = markers.clear();
+  ASSERT_EQ(message.markers.size(), 1U);
+  EXPECT_EQ(message.markers[0].action, Marker::DELETEALL);
+  EXPECT_EQ(message.markers[0].header.frame_id, "world");
 }
 
 TEST(MeshMarkers, MessagesAreOfBoundedSize) {
   MeshMarkers markers("world");
-  std::vector<mapping::BlockMesh> changed;
-  for (int i = 0; i < 10; ++i) changed.push_back(makeBlock({4 * i, 0, 0}, 20000));
-  Blocks blocks;
-  const auto messages = markers.update(blocks.update(changed), blocks.finder());
+  std::vector<mapping::MeshTable::Entry> blocks;
+  for (int i = 0; i < 10; ++i) blocks.push_back(makeBlock({4 * i, 0, 0}, 3000));
+  const auto meshes = mapping::MeshTable().with(blocks);
+  const auto messages = makeAll(markers, meshes.chunks(), meshes);
   std::size_t num_markers = 0;
   for (const auto& message : messages) {
     std::size_t num_vertices = 0;
@@ -234,7 +228,7 @@ TEST(MeshMarkers, MessagesAreOfBoundedSize) {
     num_markers += message.markers.size();
   }
   EXPECT_EQ(num_markers, 10U);
-  EXPECT_GT(messages.size(), 3U);
+  EXPECT_EQ(messages.size(), 5U);
 }
 
 TEST(FrameMatcher, EitherMayComeFirstAndOnlyEqualStampsMeet) {

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "occupancy_stage.h"
+
+#include <exception>
+#include <utility>
+
+namespace tsg::nodelets {
+namespace {
+
+void writeFile(const std::filesystem::path& path, const std::string& bytes) {
+  writeFileAtomically(path, [&](std::ostream& out) { out << bytes; });
+}
+
+}  // namespace
+
+OccupancyStage::OccupancyStage(ros::NodeHandle& handle, ros_interface::LateSubscribers& late,
+                               const Options& options, ros_interface::StageReport& report)
+    : options_(options),
+      report_(report),
+      budget_(options.max_frame_bytes),
+      map_(options.occupancy),
+      publisher_(handle, late, {options.world_frame, options.period_s}, map_, mutex_),
+      worker_(
+          options.max_frames, [this](const Job& job) { process(job); },
+          [this](const Job&) { report_.countDropped("occupancy: queue full"); }) {}
+
+void OccupancyStage::add(const RgbdFramePtr& frame) {
+  auto share = budget_.take(ros_interface::countBytes(*frame));
+  if (share == nullptr) return report_.countDropped("occupancy: queue full (bytes)");
+  worker_.push({frame, std::move(share), num_clears_});
+}
+
+void OccupancyStage::process(const Job& job) {
+  try {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (job.num_clears != num_clears_) return;
+    map_.integrate(*job.frame);
+    newest_ = job.frame->stamp;
+    publisher_.publish(newest_, false);
+    reportCounters();
+  } catch (const std::exception& e) {
+    report_.countDropped("occupancy error", std::string("dropped a frame: ") + e.what());
+  }
+}
+
+void OccupancyStage::reportCounters() {
+  report_.set("occupancy: frames without depth in range",
+              std::to_string(map_.counters().frames_without_depth));
+  report_.set("occupancy: readings out of the octree",
+              std::to_string(map_.counters().readings_out_of_tree));
+}
+
+bool OccupancyStage::flush(std::chrono::steady_clock::time_point deadline) {
+  const bool is_done = worker_.waitIdle(deadline);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (newest_ != Stamp{}) publisher_.publish(newest_, true);
+  return is_done;
+}
+
+void OccupancyStage::clear(Stamp stamp) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++num_clears_;
+  map_ = mapping::OccupancyMap(options_.occupancy);
+  newest_ = {};
+  publisher_.clear(stamp);
+}
+
+std::vector<WrittenFile> OccupancyStage::writeFiles(const std::filesystem::path& folder) const {
+  std::unique_lock<std::mutex> lock(mutex_);
+  const std::string binary = map_.serializeFile(true);
+  const std::string full = map_.serializeFile(false);
+  lock.unlock();
+  writeFile(folder / "map.bt", binary);
+  writeFile(folder / "map.ot", full);
+  return {{"map.bt", ""}, {"map.ot", ""}};
+}
+
+}  // namespace tsg::nodelets

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "places_stage.h"
+
+#include <exception>
+#include <utility>
+
+#include "task_scene_graph/ros/message_conversions.h"
+#include "task_scene_graph/ros/messages.h"
+
+namespace tsg::nodelets {
+
+PlacesStage::PlacesStage(ros::NodeHandle& handle, const Options& options,
+                         ros_interface::StageReport& report)
+    : options_(options),
+      report_(report),
+      publisher_(handle.advertise<msg::PlaceGraph>("place_graph", 10, true)),
+      view_budget_(options.max_view_bytes),
+      extractor_(std::make_unique<places::PlaceExtractor>(options.places)),
+      thread_([this] { run(); }) {}
+
+void PlacesStage::update(mapping::TsdfVolume changed, Stamp stamp) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (work_.request) {
+      for (const auto& [index, block] : changed.blocks()) {
+        work_.request->changed.allocateBlock(index) = *block;
+      }
+      work_.request->stamp = stamp;
+    } else {
+      work_.request = Request{std::move(changed), stamp};
+    }
+  }
+  changed_.notify_all();
+}
+
+void PlacesStage::addView(const RgbdFramePtr& frame, const SegmentationPtr& segmentation) {
+  auto share = view_budget_.take(ros_interface::countBytes(*frame));
+  if (share == nullptr) return report_.countDropped("view for places: queue full (bytes)");
+  bool is_full = false;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    is_full = work_.views.size() >= options_.max_views;
+    if (is_full) work_.views.pop_front();
+    work_.views.push_back({frame, segmentation, std::move(share)});
+  }
+  if (is_full) report_.countDropped("view for places: queue full");
+  changed_.notify_all();
+}
+
+bool PlacesStage::waitIdle(std::chrono::steady_clock::time_point deadline) {
+  std::unique_lock<std::mutex> lock(mutex_);
+  return changed_.wait_until(lock, deadline, [this] { return work_.isEmpty() && !is_busy_; });
+}
+
+void PlacesStage::clear(Stamp stamp) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ++num_clears_;
+    work_ = {true, stamp, {}, {}};
+  }
+  changed_.notify_all();
+}
+
+void PlacesStage::stop() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    is_stopped_ = true;
+    work_ = {};
+  }
+  changed_.notify_all();
+  if (thread_.joinable()) thread_.join();
+}
+
+Stamp PlacesStage::newest() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return newest_;
+}
+
+std::size_t PlacesStage::numWaitingViews() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return work_.views.size();
+}
+
+void PlacesStage::run() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  while (true) {
+    changed_.wait(lock, [this] { return is_stopped_ || !work_.isEmpty(); });
+    if (is_stopped_) return;
+    Work work = std::exchange(work_, {});
+    const std::uint64_t num_clears = num_clears_;
+    is_busy_ = true;
+    lock.unlock();
+    try {
+      process(work, num_clears);
+    } catch (const std::exception& e) {
+      report_.countDropped("places error", std::string("no place graph: ") + e.what());
+    }
+    work = {};  // frees the images before anybody hears that nothing waits
+    lock.lock();
+    is_busy_ = false;
+    changed_.notify_all();
+  }
+}
+
+void PlacesStage::process(const Work& work, std::uint64_t num_clears) {
+  if (work.is_cleared) {
+    extractor_ = std::make_unique<places::PlaceExtractor>(options_.places);
+    PlaceGraph empty;
+    empty.stamp = work.clear_stamp;
+    publish(empty, num_clears);
+  }
+  for (const auto& view : work.views) {
+    extractor_->addView(*view.frame, view.segmentation->image_embedding);
+  }
+  if (!work.request) return;
+  const ros_interface::StageTimer timer;
+  const auto& changed = work.request->changed;
+  extractor_->update(changed, changed.sortedBlockIndices(), work.request->stamp);
+  publish(extractor_->graph(), num_clears);
+  report_.set("duration of the last place update [ms]", std::to_string(timer.elapsedMs()));
+}
+
+void PlacesStage::publish(const PlaceGraph& graph, std::uint64_t num_clears) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (num_clears != num_clears_) return;  // a graph of what is gone
+    newest_ = graph.stamp;
+  }
+  publisher_.publish(ros_interface::toMessage(graph, options_.world_frame));
+  report_.set("places", std::to_string(graph.places.size()));
+}
+
+}  // namespace tsg::nodelets

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <ros/node_handle.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "task_scene_graph/mapping/tsdf_volume.h"
+#include "task_scene_graph/places/place_extractor.h"
+#include "task_scene_graph/ros/byte_budget.h"
+#include "task_scene_graph/ros/stage_report.h"
+
+namespace tsg::nodelets {
+
+/// Free space and views -> the place graph, in a thread of its own: an update may take longer than
+/// many frames. Thread-safe.
+class PlacesStage {
+ public:
+  struct Options {
+    places::PlacesConfig places;
+    std::string world_frame;
+    std::size_t max_views = 100;           ///< that wait; beyond it the oldest is dropped
+    std::size_t max_view_bytes = 1 << 28;  ///< of their images; beyond it a new one is dropped
+  };
+
+  /// Advertises `place_graph`.
+  /// @param report  must outlive this object
+  PlacesStage(ros::NodeHandle& handle, const Options& options, ros_interface::StageReport& report);
+  ~PlacesStage() { stop(); }
+
+  /// Asks for a graph as of `stamp`. Requests that wait become one, the newest. Never blocks.
+  /// @param changed  copies of the blocks that changed since the last request
+  void update(mapping::TsdfVolume changed, Stamp stamp);
+  /// The image embedding of a frame, for the places that it sees. Never blocks.
+  void addView(const RgbdFramePtr& frame, const SegmentationPtr& segmentation);
+
+  /// Waits until no request and no view waits. False if the deadline passes first.
+  bool waitIdle(std::chrono::steady_clock::time_point deadline);
+  /// Forgets all places and what waits, and publishes an empty graph.
+  void clear(Stamp stamp);
+  /// Drops what waits and joins the thread.
+  void stop();
+
+  /// Stamp of the newest graph that was published; 0 if there is none.
+  Stamp newest() const;
+  std::size_t numWaitingViews() const;
+
+ private:
+  struct Request {
+    mapping::TsdfVolume changed;
+    Stamp stamp;
+  };
+  struct View {
+    RgbdFramePtr frame;
+    SegmentationPtr segmentation;
+    ros_interface::ByteBudget::Share share;
+  };
+  /// What the thread does next.
+  struct Work {
+    bool is_cleared = false;  ///< before the rest
+    Stamp clear_stamp;
+    std::deque<View> views;  ///< before the request
+    std::optional<Request> request;
+
+    bool isEmpty() const { return !is_cleared && views.empty() && !request; }
+  };
+
+  void run();
+  void process(const Work& work, std::uint64_t num_clears);
+  void publish(const PlaceGraph& graph, std::uint64_t num_clears);
+
+  const Options options_;
+  ros_interface::StageReport& report_;
+  ros::Publisher publisher_;
+  ros_interface::ByteBudget view_budget_;
+  std::unique_ptr<places::PlaceExtractor> extractor_;  ///< the thread's own
+  mutable std::mutex mutex_;  ///< guards all below; never held during an update
+  std::condition_variable changed_;
+  Work work_;
+  std::uint64_t num_clears_ = 0;
+  Stamp newest_;
+  bool is_busy_ = false;
+  bool is_stopped_ = false;
+  std::thread thread_;
+};
+
+}  // namespace tsg::nodelets

@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The background stage with real subscribers; frames are given to it without topics.
+#include <gtest/gtest.h>
+#include <visualization_msgs/MarkerArray.h>
+
+#include <array>
+#include <filesystem>
+#include <map>
+#include <set>
+#include <thread>
+
+#include "background_stage.h"
+#include "support.h"
+#include "synthetic_robot.h"
+#include "task_scene_graph/mapping/marching_cubes.h"
+#include "task_scene_graph/ros/mesh_update_conversions.h"
+
+namespace tsg::test {
+namespace {
+
+using nodelets::BackgroundStage;
+using nodelets::BackgroundStageOptions;
+using ros_interface::MeshUpdateReader;
+
+std::chrono::steady_clock::time_point soon() {
+  return std::chrono::steady_clock::now() + std::chrono::seconds(60);
+}
+
+RgbdFramePtr makeFrame(int index) {
+  auto frame = std::make_shared<RgbdFrame>(
+      render(makeRoom(), {96, 72, 75.0, 75.0, 47.5, 35.5}, computePose(index)).frame);
+  frame->stamp = Stamp::fromSeconds(100.0 + 0.1 * index);
+  return frame;
+}
+
+BackgroundStageOptions makeOptions() {
+  BackgroundStageOptions options;
+  options.world_frame = "world";
+  options.mesh_period_s = options.octomap_period_s = 0.2;
+  options.fusion.places_period_s = 0.2;
+  options.fusion.occupancy.enabled = true;
+  return options;
+}
+
+/// A stage with topics of its own.
+struct Fixture {
+  explicit Fixture(const std::string& ns, const BackgroundStageOptions& options = makeOptions())
+      : handle(ns), stage(handle, options, report) {}
+  void addFrames(int first, int last) {
+    for (int i = first; i < last; ++i) stage.addFrame(makeFrame(i));
+  }
+  ros::NodeHandle handle;
+  ros_interface::StageReport report{"background"};
+  BackgroundStage stage;
+};
+
+/// The mesh as somebody has it who was sent these messages.
+MeshUpdateReader follow(const Recorder<msg::MeshUpdate>& recorder) {
+  MeshUpdateReader reader;
+  for (const auto& message : recorder.messages()) {
+    EXPECT_NE(reader.apply(*message).status, MeshUpdateReader::Status::kLost);
+  }
+  return reader;
+}
+
+/// As pipeline::writeMeshFile() says it of the whole mesh.
+std::string countVertices(const MeshUpdateReader& reader) {
+  Mesh all;
+  for (const auto& [block, mesh] : reader.blocks()) all.append(*mesh);
+  return std::to_string(mapping::weldVertices(all).vertices.size()) + " vertices";
+}
+
+using Voxels = std::set<std::array<int, 4>>;
+
+/// Index and state of each voxel.
+Voxels follow(const Recorder<msg::OctomapChanges>& recorder) {
+  std::map<std::array<int, 3>, int> state;
+  for (const auto& message : recorder.messages()) {
+    if (message->is_complete != 0) state.clear();
+    for (std::size_t i = 0; i < message->occupied.size(); ++i) {
+      state[{message->indices[3 * i], message->indices[3 * i + 1], message->indices[3 * i + 2]}] =
+          message->occupied[i];
+    }
+  }
+  Voxels voxels;
+  for (const auto& [index, is_occupied] : state) {
+    voxels.insert({index[0], index[1], index[2], is_occupied});
+  }
+  return voxels;
+}
+
+/// What the occupancy map of these frames is.
+Voxels computeVoxels(int num_frames) {
+  pipeline::BackgroundFusion fusion(makeOptions().fusion);
+  mapping::OccupancyMap map(makeOptions().fusion.occupancy);
+  for (int i = 0; i < num_frames; ++i) map.integrate(*fusion.filter(*makeFrame(i)));
+  Voxels voxels;
+  for (const auto& voxel : map.voxels()) {
+    voxels.insert({voxel.index.x(), voxel.index.y(), voxel.index.z(), voxel.is_occupied ? 1 : 0});
+  }
+  return voxels;
+}
+
+/// Has everything sent that the stage has. Subscribers of one process share a connection, so there
+/// is one at a time.
+void expectAllIsSent(Fixture& fixture, const Voxels& expected, const std::string& vertices) {
+  Recorder<msg::MeshUpdate> mesh("late/mesh_blocks");
+  Recorder<msg::OctomapChanges> voxels("late/octomap_changes");
+  Recorder<visualization_msgs::MarkerArray> markers("late/mesh");
+  Recorder<msg::PlaceGraph> places("late/place_graph");
+  EXPECT_TRUE(waitUntil([&] { return follow(mesh).hasWholeMesh(); }));
+  EXPECT_TRUE(waitUntil([&] { return countVertices(follow(mesh)) == vertices; }));
+  EXPECT_TRUE(waitUntil([&] { return follow(voxels) == expected; }));
+  EXPECT_TRUE(markers.waitFor([](const auto& message) { return !message.markers.empty(); }));
+  EXPECT_TRUE(places.waitFor([](const auto& message) { return !message.places.empty(); }));
+  EXPECT_EQ(fixture.report.processed(), 60U);
+}
+
+TEST(BackgroundStage, SubscribersWhoComeInTheMiddleOrLateAreSentAllAndNoFrameIsLost) {
+  Fixture fixture("late");
+  const TemporaryFolder folder;
+  fixture.addFrames(0, 20);
+  Recorder<msg::MeshUpdate> mesh("late/mesh_blocks");
+  Recorder<msg::OctomapChanges> voxels("late/octomap_changes");
+  fixture.addFrames(20, 60);
+  ASSERT_TRUE(fixture.stage.flush(soon()));
+  const std::string vertices = fixture.stage.writeFiles(folder.path(), {}, {})[0].content;
+  const Voxels expected = computeVoxels(60);
+  ASSERT_GT(expected.size(), 1000U);
+  EXPECT_TRUE(waitUntil([&] { return countVertices(follow(mesh)) == vertices; }));
+  EXPECT_TRUE(waitUntil([&] { return follow(voxels) == expected; }));
+  mesh.stop();
+  voxels.stop();
+  expectAllIsSent(fixture, expected, vertices);
+}
+
+TEST(BackgroundStage, AfterAFlushMeshAndPlacesAreThoseOfTheNewestFrame) {
+  Fixture fixture("flush");
+  fixture.addFrames(40, 60);
+  ASSERT_TRUE(fixture.stage.flush(soon()));
+  EXPECT_EQ(fixture.stage.newestFrame(), makeFrame(59)->stamp);
+  EXPECT_EQ(fixture.stage.newestPlaces(), makeFrame(59)->stamp);
+}
+
+TEST(BackgroundStage, ResetClearsAllAndTellsSubscribersAndANewMapFollows) {
+  Fixture fixture("reset");
+  Recorder<msg::MeshUpdate> mesh("reset/mesh_blocks");
+  Recorder<visualization_msgs::MarkerArray> markers("reset/mesh");
+  Recorder<msg::OctomapChanges> voxels("reset/octomap_changes");
+  Recorder<msg::PlaceGraph> places("reset/place_graph");
+  ASSERT_TRUE(mesh.waitForPublisher() && markers.waitForPublisher() && voxels.waitForPublisher() &&
+              places.waitForPublisher());
+  fixture.addFrames(0, 60);
+  ASSERT_TRUE(fixture.stage.flush(soon()));
+  ASSERT_TRUE(waitUntil([&] { return !follow(mesh).blocks().empty(); }));
+  ASSERT_TRUE(waitUntil([&] { return !follow(voxels).empty(); }));
+  ASSERT_TRUE(places.waitFor([](const auto& message) { return !message.places.empty(); }));
+
+  fixture.stage.reset();
+  EXPECT_EQ(fixture.stage.newestFrame(), Stamp{});
+  EXPECT_TRUE(waitUntil([&] {
+    const auto reader = follow(mesh);
+    return reader.hasWholeMesh() && reader.blocks().empty();
+  }));
+  EXPECT_TRUE(markers.waitFor([](const auto& message) {
+    return message.markers[0].action == visualization_msgs::Marker::DELETEALL;
+  }));
+  EXPECT_TRUE(waitUntil([&] { return follow(voxels).empty(); }));
+  EXPECT_TRUE(waitUntil([&] { return places.messages().back()->places.empty(); }));
+
+  fixture.addFrames(0, 3);
+  ASSERT_TRUE(fixture.stage.flush(soon()));
+  const TemporaryFolder folder;
+  const std::string vertices = fixture.stage.writeFiles(folder.path(), {}, {})[0].content;
+  EXPECT_TRUE(waitUntil([&] { return countVertices(follow(mesh)) == vertices; }));
+  mesh.stop();
+  Recorder<msg::MeshUpdate> late("reset/mesh_blocks");
+  EXPECT_TRUE(waitUntil([&] { return countVertices(follow(late)) == vertices; }));
+  EXPECT_NE(vertices, "0 vertices");
+}
+
+TEST(BackgroundStage, FramesThatWaitWhenItIsResetAreNotOfTheNewMap) {
+  Fixture fixture("reset_queue");
+  fixture.addFrames(0, 40);
+  fixture.stage.reset();
+  ASSERT_TRUE(fixture.stage.flush(soon()));
+  EXPECT_EQ(fixture.stage.newestFrame(), Stamp{});
+}
+
+TEST(BackgroundStage, ARefusedFrameIsDroppedByReasonAndNotProcessed) {
+  Fixture fixture("refused");
+  auto blind = std::make_shared<RgbdFrame>(*makeFrame(0));
+  blind->depth.image = cv::Mat(72, 96, CV_32FC1, cv::Scalar(0));
+  auto far = std::make_shared<RgbdFrame>(*makeFrame(1));
+  far->T_world_camera.translation().x() = 2e6;
+  for (const auto& frame : {RgbdFramePtr(blind), RgbdFramePtr(far), makeFrame(2)}) {
+    fixture.stage.addFrame(frame);
+  }
+  ASSERT_TRUE(fixture.stage.flush(soon()));
+  EXPECT_EQ(fixture.report.processed(), 1U);
+  EXPECT_EQ(fixture.report.dropped("no depth in range"), 1U);
+  EXPECT_EQ(fixture.report.dropped("pose farther than 1000 km from the origin"), 1U);
+}
+
+TEST(BackgroundStage, FramesBeyondTheBytesOfItsQueueAreDroppedAndCounted) {
+  BackgroundStageOptions options = makeOptions();
+  options.fusion.occupancy.enabled = false;
+  options.fusion.background.tsdf.voxel_size_m = 0.02;
+  options.fusion.background.tsdf.truncation_m = 0.2;
+  options.max_queue_bytes = 3 * ros_interface::countBytes(*makeFrame(0));
+  Fixture fixture("bytes", options);
+  std::vector<RgbdFramePtr> frames;
+  for (int i = 0; i < 60; ++i) frames.push_back(makeFrame(i));
+  for (const auto& frame : frames) fixture.stage.addFrame(frame);
+  ASSERT_TRUE(fixture.stage.flush(soon()));
+  const auto dropped = fixture.report.dropped("integration queue full (bytes)");
+  EXPECT_GT(dropped, 0U);
+  EXPECT_EQ(fixture.report.processed() + dropped, 60U);
+}
+
+/// Voxels of two centimetres along every ray.
+TEST(BackgroundStage, AnOccupancyMapThatCannotKeepUpDropsItsOwnFramesOnly) {
+  BackgroundStageOptions options = makeOptions();
+  options.fusion.occupancy.resolution_m = 0.02;
+  options.fusion.occupancy.pixel_stride = 1;
+  options.queue_size = 1;
+  Fixture fixture("occupancy", options);
+  for (std::uint64_t i = 0; i < 12; ++i) {
+    fixture.stage.addFrame(makeFrame(static_cast<int>(i)));
+    ASSERT_TRUE(waitUntil([&] { return fixture.report.processed() == i + 1; }));
+  }
+  EXPECT_GT(fixture.report.dropped("occupancy: queue full"), 0U);
+  EXPECT_EQ(fixture.report.dropped("integration queue full"), 0U);
+}
+
+TEST(BackgroundStage, SavingWhileFramesComeLosesNone) {
+  Fixture fixture("save");
+  const TemporaryFolder folder;
+  fixture.addFrames(0, 5);
+  ASSERT_TRUE(fixture.stage.flush(soon()));
+  std::thread saver([&] {
+    for (int i = 0; i < 5; ++i) fixture.stage.writeFiles(folder.path(), {}, {});
+  });
+  fixture.addFrames(5, 60);
+  saver.join();
+  ASSERT_TRUE(fixture.stage.flush(soon()));
+  EXPECT_EQ(fixture.report.processed(), 60U);
+  for (const auto* name : {"mesh.ply", "map.bt", "map.ot"}) {
+    EXPECT_GT(std::filesystem::file_size(folder.path() / name), 100U) << name;
+  }
+}
+
+}  // namespace
+}  // namespace tsg::test
+
+int main(int argc, char** argv) { return tsg::test::runRosTests(argc, argv, "background_test"); }
