@@ -3,6 +3,7 @@ find_package(rostest REQUIRED)
 find_package(tf2_ros REQUIRED)
 file(GLOB TSG_SUPPORT_SOURCES CONFIGURE_DEPENDS test/support/*.cpp)
 add_library(tsg_test_support STATIC EXCLUDE_FROM_ALL ${TSG_SUPPORT_SOURCES})
+# src: headers that only their own module and its tests include.
 target_include_directories(tsg_test_support PUBLIC test/support src)
 target_compile_definitions(tsg_test_support PUBLIC TSG_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}")
 target_link_libraries(tsg_test_support

@@ -115,7 +115,7 @@ void SegmenterNodelet::publishOverlay(const ColorImage& color, const Segmentatio
 
 void SegmenterNodelet::check() {
   if (watch_->numMessages(0) == 0) {
-    const std::string change = subscriber_->look();
+    const std::string change = subscriber_->switchToCompressed();
     if (!change.empty()) {
       report().warn(change, change);
       watch_->replace(0, subscriber_->subscriber());

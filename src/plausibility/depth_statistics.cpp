@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "task_scene_graph/plausibility/depth_statistics.h"
+#include "depth_statistics.h"
 
 #include <algorithm>
 #include <cmath>

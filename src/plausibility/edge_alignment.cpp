@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "task_scene_graph/plausibility/edge_alignment.h"
+#include "edge_alignment.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +13,9 @@ constexpr float kMinJump = 0.08F;      // relative difference of depth between n
 constexpr float kMaxGradient = 40.0F;  // one strong colour edge must not outweigh many
 constexpr std::size_t kMinImages = 8;
 constexpr std::size_t kMinEdges = 1500;
+constexpr int kMinShift_px = 3;
+constexpr double kMinSignificance = 5.0;
+constexpr double kMaxUnshifted = 0.75;
 
 bool isJump(float a_m, float b_m) {
   const float nearer = std::min(a_m, b_m);
@@ -84,6 +87,23 @@ std::optional<EdgeAlignment::Shift> EdgeAlignment::findShift() const {
   }
   return Shift{index % kSide - kRadius_px, index / kSide - kRadius_px, (*peak - mean) / deviation,
                unshifted / (*peak - mean)};
+}
+
+std::optional<Finding> checkRegistration(const EdgeAlignment& alignment, int step_px) {
+  const auto shift = alignment.findShift();
+  if (!shift || shift->significance < kMinSignificance || shift->unshifted > kMaxUnshifted) {
+    return std::nullopt;
+  }
+  const int largest_px = std::max(std::abs(shift->dx_px), std::abs(shift->dy_px));
+  if (largest_px < kMinShift_px) return std::nullopt;
+  return Finding{"registration",
+                 "in " + std::to_string(alignment.numImages()) +
+                     " images, colour edges lie about (" + std::to_string(shift->dx_px * step_px) +
+                     ", " + std::to_string(shift->dy_px * step_px) + ") px beside depth edges",
+                 "usually depth is not registered to colour, or the two were taken at different"
+                 " times",
+                 "use the driver's registered depth (aligned_depth_to_color, depth_registered) and"
+                 " a smaller input/sync_tolerance_s"};
 }
 
 }  // namespace tsg::plausibility

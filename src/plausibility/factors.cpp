@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "task_scene_graph/plausibility/consistency.h"
+#include "consistency.h"
 
 namespace tsg::plausibility {
 

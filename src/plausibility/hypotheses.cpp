@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <array>
 
-#include "task_scene_graph/plausibility/reprojection.h"
+#include "reprojection.h"
 
 namespace tsg::plausibility {
 namespace {

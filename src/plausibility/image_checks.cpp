@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "task_scene_graph/plausibility/image_checks.h"
+#include "image_checks.h"
 
 #include <algorithm>
 #include <cmath>

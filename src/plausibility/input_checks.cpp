@@ -14,9 +14,6 @@ constexpr double kMaxOffCentre = 0.15;   // of the principal point, share of the
 constexpr double kMinView_deg = 15.0;
 constexpr double kMaxView_deg = 150.0;
 constexpr double kMaxAspect = 1.67;
-constexpr int kMinShift_px = 3;
-constexpr double kMinSignificance = 5.0;
-constexpr double kMaxUnshifted = 0.75;
 
 std::string stripSlash(const std::string& frame) {
   return !frame.empty() && frame.front() == '/' ? frame.substr(1) : frame;
@@ -114,23 +111,6 @@ std::optional<Finding> checkIntrinsics(const CameraModel& camera) {
       "usually the intrinsics belong to another resolution or another camera",
       "give those of the images that are used: the camera_info topic beside them, or a file"
       " (--intrinsics)"};
-}
-
-std::optional<Finding> checkRegistration(const EdgeAlignment& alignment, int step_px) {
-  const auto shift = alignment.findShift();
-  if (!shift || shift->significance < kMinSignificance || shift->unshifted > kMaxUnshifted) {
-    return std::nullopt;
-  }
-  const int largest_px = std::max(std::abs(shift->dx_px), std::abs(shift->dy_px));
-  if (largest_px < kMinShift_px) return std::nullopt;
-  return Finding{"registration",
-                 "in " + std::to_string(alignment.numImages()) +
-                     " images, colour edges lie about (" + std::to_string(shift->dx_px * step_px) +
-                     ", " + std::to_string(shift->dy_px * step_px) + ") px beside depth edges",
-                 "usually depth is not registered to colour, or the two were taken at different"
-                 " times",
-                 "use the driver's registered depth (aligned_depth_to_color, depth_registered) and"
-                 " a smaller input/sync_tolerance_s"};
 }
 
 }  // namespace tsg::plausibility

@@ -2,10 +2,17 @@
 #include "task_scene_graph/plausibility/input_plausibility.h"
 
 #include <algorithm>
+#include <optional>
 
+#include "consistency.h"
+#include "depth_findings.h"
+#include "depth_statistics.h"
+#include "edge_alignment.h"
+#include "image_checks.h"
+#include "pose_smoothness.h"
 #include "task_scene_graph/core/period.h"
-#include "task_scene_graph/plausibility/depth_findings.h"
-#include "task_scene_graph/plausibility/verdict_findings.h"
+#include "verdict_findings.h"
+#include "view_groups.h"
 
 namespace tsg::plausibility {
 namespace {
@@ -33,9 +40,35 @@ bool isSure(const Verdict& verdict) {
 
 }  // namespace
 
-InputPlausibility::InputPlausibility(const PlausibilityConfig& config) : config_(config) {}
+class InputPlausibility::Implementation {
+ public:
+  explicit Implementation(const PlausibilityConfig& config) : config_(config) {}
 
-void InputPlausibility::addFrame(const RgbdFrame& frame) {
+  void addFrame(const RgbdFrame& frame);
+  std::vector<Finding> findings();
+
+  FrameIds ids;
+  MatchCounts matches;
+
+ private:
+  std::vector<Finding> findDepthFaults();
+  std::vector<Finding> findDisagreement();
+  void addSlowChecks(const RgbdFrame& frame);
+
+  const PlausibilityConfig config_;
+  DepthStatistics depth_;
+  ViewGroups groups_;
+  ConsistencyCheck consistency_;
+  PoseSmoothness smoothness_;
+  EdgeAlignment edges_;
+  StillnessCheck stillness_;
+  DarknessCheck darkness_;
+  std::optional<Stamp> last_slow_check_;
+  std::optional<CameraModel> camera_;
+  double metres_per_unit_ = 0.001;
+};
+
+void InputPlausibility::Implementation::addFrame(const RgbdFrame& frame) {
   if (!isUsable(frame)) return;
   camera_ = frame.camera;
   metres_per_unit_ = frame.depth.metres_per_unit;
@@ -48,13 +81,13 @@ void InputPlausibility::addFrame(const RgbdFrame& frame) {
   if (isDue(last_slow_check_, frame.stamp, kSlowPeriod_s)) addSlowChecks(frame);
 }
 
-void InputPlausibility::addSlowChecks(const RgbdFrame& frame) {
+void InputPlausibility::Implementation::addSlowChecks(const RgbdFrame& frame) {
   last_slow_check_ = frame.stamp;
   stillness_.add(frame);
   darkness_.add(frame.color.image);
 }
 
-std::vector<Finding> InputPlausibility::findDisagreement() {
+std::vector<Finding> InputPlausibility::Implementation::findDisagreement() {
   const Verdict verdict = consistency_.judge(groups_.groups(), depth_.median_m());
   const bool is_fault =
       verdict.kind == Verdict::Kind::kOtherReading || verdict.kind == Verdict::Kind::kNoneFits;
@@ -65,7 +98,7 @@ std::vector<Finding> InputPlausibility::findDisagreement() {
                          {depth_.median_m(), metres_per_unit_, *camera_});
 }
 
-std::vector<Finding> InputPlausibility::findDepthFaults() {
+std::vector<Finding> InputPlausibility::Implementation::findDepthFaults() {
   const auto constant = checkConstantDepth(depth_, stillness_.hasChangedView());
   if (constant) return {*constant};
   std::vector<Finding> findings = findDisagreement();
@@ -79,9 +112,9 @@ std::vector<Finding> InputPlausibility::findDepthFaults() {
   return findings;
 }
 
-std::vector<Finding> InputPlausibility::findings() {
-  std::vector<Finding> findings = checkFrameIds(ids_);
-  append(findings, checkMatches(matches_));
+std::vector<Finding> InputPlausibility::Implementation::findings() {
+  std::vector<Finding> findings = checkFrameIds(ids);
+  append(findings, checkMatches(matches));
   if (!camera_) return findings;
   append(findings, checkIntrinsics(*camera_));
   append(findings, darkness_.finding());
@@ -94,5 +127,19 @@ std::vector<Finding> InputPlausibility::findings() {
   append(findings, checkRegistration(edges_, step_px));
   return findings;
 }
+
+InputPlausibility::InputPlausibility(const PlausibilityConfig& config)
+    : implementation_(std::make_unique<Implementation>(config)) {}
+InputPlausibility::~InputPlausibility() = default;
+
+void InputPlausibility::addFrame(const RgbdFrame& frame) { implementation_->addFrame(frame); }
+
+void InputPlausibility::noteFrameIds(const FrameIds& ids) { implementation_->ids = ids; }
+
+void InputPlausibility::noteMatches(const MatchCounts& counts) {
+  implementation_->matches = counts;
+}
+
+std::vector<Finding> InputPlausibility::findings() { return implementation_->findings(); }
 
 }  // namespace tsg::plausibility

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "task_scene_graph/plausibility/pose_smoothness.h"
+#include "pose_smoothness.h"
 
 #include <algorithm>
 #include <cmath>

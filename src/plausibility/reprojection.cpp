@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "task_scene_graph/plausibility/reprojection.h"
+#include "reprojection.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "task_scene_graph/plausibility/consistency.h"
+#include "consistency.h"
 
 namespace tsg::plausibility {
 namespace {

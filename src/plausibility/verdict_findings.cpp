@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "task_scene_graph/plausibility/verdict_findings.h"
+#include "verdict_findings.h"
 
 #include <cmath>
 #include <string>
 
-#include "task_scene_graph/plausibility/depth_findings.h"
+#include "depth_findings.h"
 
 namespace tsg::plausibility {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "task_scene_graph/ros/bag_set.h"
+#include "bag_set.h"
 
 #include <algorithm>
 #include <filesystem>

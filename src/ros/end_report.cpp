@@ -71,7 +71,8 @@ void reportEnd(const EndReport& report) {
   const std::string line = describeEnd({report});
   if (line.empty()) return;
   if (!::ros::ok()) {
-    // roscpp's console went with ros::shutdown(), which a manager calls before it drops its nodelets.
+    // roscpp's console went with ros::shutdown(), which a manager calls before it drops its
+    // nodelets.
     std::cerr << "[" << report.stage << "] " << line << std::endl;
   } else if (report.isMissing()) {
     ROS_ERROR_STREAM("[" << report.stage << "] " << line);
@@ -90,7 +91,7 @@ EndGatherer::~EndGatherer() {
   gathered().reports.reset();
 }
 
-std::vector<EndReport> EndGatherer::take() {
+std::vector<EndReport> EndGatherer::collect() {
   const std::lock_guard<std::mutex> lock(gathered().mutex);
   std::vector<EndReport> reports = std::move(*gathered().reports);
   gathered().reports.emplace();

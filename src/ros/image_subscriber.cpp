@@ -28,7 +28,7 @@ void ImageSubscriber::subscribe(const std::string& topic) {
   }
 }
 
-std::string ImageSubscriber::look() {
+std::string ImageSubscriber::switchToCompressed() {
   const std::string raw = topic();
   if (isCompressedTopic(raw) || subscriber_.getNumPublishers() > 0) return "";
   ::ros::master::V_TopicInfo published;

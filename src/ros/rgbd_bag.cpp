@@ -11,7 +11,7 @@
 #include <map>
 #include <stdexcept>
 
-#include "task_scene_graph/ros/bag_set.h"
+#include "bag_set.h"
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/image_conversions.h"
 #include "task_scene_graph/ros/message_conversions.h"
@@ -86,7 +86,7 @@ class RgbdBag::Implementation {
     std::size_t num_read = 0;
     bool goes_on = true;
     bags_.forEach(topics, [&](const rosbag::MessageInstance& message) {
-      read(message, [&] { take(message); });
+      read(message, [&] { assemble(message); });
       if (message.getTopic() == topics_.color) on_progress(++num_read);
       goes_on = release(false, on_frame);
       return goes_on;
@@ -210,7 +210,7 @@ class RgbdBag::Implementation {
     });
   }
 
-  void take(const rosbag::MessageInstance& message) {
+  void assemble(const rosbag::MessageInstance& message) {
     const std::string& topic = message.getTopic();
     if (topic == topics_.color) {
       if (const auto image = toSource(message)) assembler_->addColor(*image);

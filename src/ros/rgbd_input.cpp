@@ -1,9 +1,24 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "task_scene_graph/ros/rgbd_input.h"
 
+#include <sensor_msgs/CameraInfo.h>
+#include <tf2/buffer_core.h>
+#include <topic_tools/shape_shifter.h>
+
+#include <boost/signals2/connection.hpp>
+#include <chrono>
+#include <mutex>
 #include <utility>
 
+#include "task_scene_graph/ros/frame_assembler.h"
 #include "task_scene_graph/ros/image_conversions.h"
+#include "task_scene_graph/ros/image_subscriber.h"
+#include "task_scene_graph/ros/input_plausibility_report.h"
+#include "task_scene_graph/ros/pose_source.h"
+#include "task_scene_graph/ros/pose_waiter.h"
+#include "task_scene_graph/ros/topic_watch.h"
+#include "task_scene_graph/ros/transform_feed.h"
+#include "task_scene_graph/ros/transform_history.h"
 
 namespace tsg::ros_interface {
 namespace {
@@ -28,9 +43,54 @@ void checkInputFiles(const InputConfig& config) {
   const FrameMaker maker(config, {});
 }
 
-RgbdInput::RgbdInput(const ::ros::NodeHandle& handle, const InputConfig& config,
-                     StageReport& report, Callbacks callbacks,
-                     const std::optional<plausibility::PlausibilityConfig>& plausibility)
+class RgbdInput::Implementation {
+ public:
+  Implementation(const ::ros::NodeHandle& handle, const InputConfig& config, StageReport& report,
+                 Callbacks callbacks,
+                 const std::optional<plausibility::PlausibilityConfig>& plausibility);
+  ~Implementation();
+
+  void check();
+  void flush();
+  std::string cameraFrame() const;
+
+ private:
+  FrameAssembler::Callbacks makeAssemblerCallbacks();
+  InputTopics resolveTopics(const ::ros::NodeHandle& handle) const;
+  void subscribe(const ::ros::NodeHandle& handle);
+  void subscribeCameraInfo(::ros::NodeHandle handle);
+  void subscribePoses(::ros::NodeHandle handle);
+  void addPose(const topic_tools::ShapeShifter& message);
+  void reportFindings();
+  void followCompressed(ImageSubscriber& image, std::size_t number);
+  void jumpBack();
+
+  const InputConfig config_;
+  StageReport& report_;
+  const Callbacks callbacks_;
+  const std::unique_ptr<InputPlausibilityReport> plausibility_;  ///< may be null
+  TopicWatch watch_;
+  tf2::BufferCore tf_buffer_;
+  TransformHistory tf_history_;
+  PoseSource poses_;
+  PoseWaiter pose_waiter_;
+  boost::signals2::scoped_connection tf_changed_;
+  std::unique_ptr<TransformFeed> tf_feed_;  ///< its thread calls those above
+  mutable std::mutex mutex_;                ///< guards the two below
+  std::string camera_frame_;
+  std::unique_ptr<FrameAssembler> assembler_;
+  std::uint64_t num_colors_at_check_ = 0;
+  int num_quiet_checks_ = 0;
+  std::chrono::steady_clock::time_point newest_findings_;
+  std::optional<ImageSubscriber> color_;
+  std::optional<ImageSubscriber> depth_;
+  ::ros::Subscriber info_;
+  ::ros::Subscriber pose_;
+};
+
+RgbdInput::Implementation::Implementation(
+    const ::ros::NodeHandle& handle, const InputConfig& config, StageReport& report,
+    Callbacks callbacks, const std::optional<plausibility::PlausibilityConfig>& plausibility)
     : config_(config),
       report_(report),
       callbacks_(std::move(callbacks)),
@@ -58,7 +118,7 @@ RgbdInput::RgbdInput(const ::ros::NodeHandle& handle, const InputConfig& config,
   subscribe(handle);
 }
 
-RgbdInput::~RgbdInput() {
+RgbdInput::Implementation::~Implementation() {
   color_->shutdown();
   depth_->shutdown();
   info_.shutdown();
@@ -66,12 +126,12 @@ RgbdInput::~RgbdInput() {
   tf_feed_.reset();  // joins the thread that notifies the waiter
 }
 
-InputTopics RgbdInput::resolveTopics(const ::ros::NodeHandle& handle) const {
+InputTopics RgbdInput::Implementation::resolveTopics(const ::ros::NodeHandle& handle) const {
   return {handle.resolveName(config_.color_topic), handle.resolveName(config_.depth_topic),
           handle.resolveName(config_.camera_info_topic)};
 }
 
-FrameAssembler::Callbacks RgbdInput::makeAssemblerCallbacks() {
+FrameAssembler::Callbacks RgbdInput::Implementation::makeAssemblerCallbacks() {
   FrameAssembler::Callbacks callbacks;
   callbacks.on_frame = [this](AssembledFrame assembled) {
     camera_frame_ = assembled.camera_frame;
@@ -90,7 +150,7 @@ FrameAssembler::Callbacks RgbdInput::makeAssemblerCallbacks() {
   return callbacks;
 }
 
-void RgbdInput::subscribe(const ::ros::NodeHandle& handle) {
+void RgbdInput::Implementation::subscribe(const ::ros::NodeHandle& handle) {
   const auto queue_size = static_cast<std::uint32_t>(config_.queue_size);
   color_.emplace(handle, config_.color_topic, queue_size, [this](SourceImage image) {
     watch_.noteMessage(kColor);
@@ -109,7 +169,7 @@ void RgbdInput::subscribe(const ::ros::NodeHandle& handle) {
   if (poses_.usesTopic()) subscribePoses(handle);
 }
 
-void RgbdInput::subscribeCameraInfo(::ros::NodeHandle handle) {
+void RgbdInput::Implementation::subscribeCameraInfo(::ros::NodeHandle handle) {
   const std::size_t number = watch_.nextNumber();
   info_ = handle.subscribe<sensor_msgs::CameraInfo>(
       config_.camera_info_topic, static_cast<std::uint32_t>(config_.queue_size),
@@ -121,7 +181,7 @@ void RgbdInput::subscribeCameraInfo(::ros::NodeHandle handle) {
   watch_.add(info_, config_.camera_info_topic, "sensor_msgs/CameraInfo");
 }
 
-void RgbdInput::subscribePoses(::ros::NodeHandle handle) {
+void RgbdInput::Implementation::subscribePoses(::ros::NodeHandle handle) {
   const std::size_t number = watch_.nextNumber();
   pose_ = handle.subscribe<topic_tools::ShapeShifter>(
       config_.pose_topic, 1000, [this, number](const topic_tools::ShapeShifter::ConstPtr& message) {
@@ -131,7 +191,7 @@ void RgbdInput::subscribePoses(::ros::NodeHandle handle) {
   watch_.add(pose_, config_.pose_topic);
 }
 
-void RgbdInput::addPose(const topic_tools::ShapeShifter& message) {
+void RgbdInput::Implementation::addPose(const topic_tools::ShapeShifter& message) {
   try {
     poses_.add(message);
   } catch (const InputError& e) {
@@ -142,7 +202,7 @@ void RgbdInput::addPose(const topic_tools::ShapeShifter& message) {
   pose_waiter_.notifyNews();
 }
 
-void RgbdInput::jumpBack() {
+void RgbdInput::Implementation::jumpBack() {
   report_.countDropped("time jumped back", "", pose_waiter_.clear());
   tf_buffer_.clear();
   tf_history_.clear();
@@ -150,7 +210,7 @@ void RgbdInput::jumpBack() {
   callbacks_.on_jump_back();
 }
 
-void RgbdInput::flush() {
+void RgbdInput::Implementation::flush() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     assembler_->flush();
@@ -158,7 +218,7 @@ void RgbdInput::flush() {
   reportFindings();
 }
 
-void RgbdInput::reportFindings() {
+void RgbdInput::Implementation::reportFindings() {
   if (!plausibility_) return;
   FrameAssembler::Counters counters;
   FrameAssembler::FrameIds ids;
@@ -170,9 +230,9 @@ void RgbdInput::reportFindings() {
   report_.setFindings(plausibility_->makeReport(counters, ids));
 }
 
-void RgbdInput::check() {
-  lookForCompressed(*color_, kColor);
-  lookForCompressed(*depth_, kDepth);
+void RgbdInput::Implementation::check() {
+  followCompressed(*color_, kColor);
+  followCompressed(*depth_, kDepth);
   watch_.check();
   poses_.forgetOld();
   if (const std::string note = poses_.note(); !note.empty()) report_.warn("poses", note);
@@ -193,17 +253,27 @@ void RgbdInput::check() {
   report_.set("depth images without a colour image", std::to_string(counters.unmatched_depths));
 }
 
-void RgbdInput::lookForCompressed(ImageSubscriber& image, std::size_t number) {
+void RgbdInput::Implementation::followCompressed(ImageSubscriber& image, std::size_t number) {
   if (watch_.numMessages(number) > 0) return;
-  const std::string change = image.look();
+  const std::string change = image.switchToCompressed();
   if (change.empty()) return;
   report_.warn(change, change);
   watch_.replace(number, image.subscriber());
 }
 
-std::string RgbdInput::cameraFrame() const {
+std::string RgbdInput::Implementation::cameraFrame() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return camera_frame_;
 }
+
+RgbdInput::RgbdInput(const ::ros::NodeHandle& handle, const InputConfig& config,
+                     StageReport& report, Callbacks callbacks,
+                     const std::optional<plausibility::PlausibilityConfig>& plausibility)
+    : implementation_(std::make_unique<Implementation>(handle, config, report, std::move(callbacks),
+                                                       plausibility)) {}
+RgbdInput::~RgbdInput() = default;
+void RgbdInput::check() { implementation_->check(); }
+void RgbdInput::flush() { implementation_->flush(); }
+std::string RgbdInput::cameraFrame() const { return implementation_->cameraFrame(); }
 
 }  // namespace tsg::ros_interface

@@ -62,7 +62,7 @@ std::string findUnknownOption(int argc, char** argv, const std::vector<std::stri
 
 /// Says what was written, or why nothing. The exit status.
 int concludeRun(ros_interface::EndGatherer& gatherer) {
-  const auto reports = gatherer.take();
+  const auto reports = gatherer.collect();
   const std::string line = describeEnd(reports);
   const bool is_missing = std::any_of(reports.begin(), reports.end(),
                                       [](const EndReport& report) { return report.isMissing(); });

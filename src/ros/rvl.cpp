@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "task_scene_graph/ros/rvl.h"
+#include "rvl.h"
 
 #include <cstring>
 

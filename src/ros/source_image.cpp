@@ -8,9 +8,9 @@
 #include <limits>
 #include <opencv2/imgcodecs.hpp>
 
+#include "rvl.h"
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/image_conversions.h"
-#include "task_scene_graph/ros/rvl.h"
 
 namespace tsg::ros_interface {
 namespace {

@@ -19,9 +19,9 @@ TransformFeed::TransformFeed(tf2::BufferCore& buffer, TransformHistory& history,
   handle_.setCallbackQueue(&queue_);
   using Message = tf2_msgs::TFMessageConstPtr;
   moving_ = handle_.subscribe<tf2_msgs::TFMessage>(
-      "/tf", kQueueSize, [this](const Message& message) { take(*message, false); });
+      "/tf", kQueueSize, [this](const Message& message) { addTransforms(*message, false); });
   static_ = handle_.subscribe<tf2_msgs::TFMessage>(
-      "/tf_static", kQueueSize, [this](const Message& message) { take(*message, true); });
+      "/tf_static", kQueueSize, [this](const Message& message) { addTransforms(*message, true); });
   spinner_.start();
 }
 
@@ -31,7 +31,7 @@ TransformFeed::~TransformFeed() {
   spinner_.stop();
 }
 
-void TransformFeed::take(const tf2_msgs::TFMessage& message, bool is_static) {
+void TransformFeed::addTransforms(const tf2_msgs::TFMessage& message, bool is_static) {
   for (const auto& transform : message.transforms) {
     try {
       if (!is_static) {

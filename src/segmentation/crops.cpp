@@ -4,8 +4,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "resampling.h"
 #include "task_scene_graph/segmentation/image_encoder.h"
-#include "task_scene_graph/segmentation/resampling.h"
 
 namespace tsg::segmentation {
 namespace {

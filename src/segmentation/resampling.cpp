@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "task_scene_graph/segmentation/resampling.h"
+#include "resampling.h"
 
 #include <algorithm>
 #include <cmath>

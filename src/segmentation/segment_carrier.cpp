@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "task_scene_graph/segmentation/segment_carrier.h"
+#include "segment_carrier.h"
 
 namespace tsg::segmentation {
 

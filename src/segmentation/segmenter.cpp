@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "own_threads.h"
+#include "segment_carrier.h"
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/segmentation/label_painter.h"
 #include "task_scene_graph/segmentation/letterbox.h"
 #include "task_scene_graph/segmentation/mask_decoder.h"
-#include "task_scene_graph/segmentation/segment_carrier.h"
 #include "task_scene_graph/segmentation/segmenter_layout.h"
 
 namespace tsg::segmentation {

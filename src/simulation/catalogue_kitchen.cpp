@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "task_scene_graph/simulation/catalogue.h"
+#include "catalogue.h"
 
 namespace tsg::simulation::catalogue {
 namespace {

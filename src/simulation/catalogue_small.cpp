@@ -2,7 +2,7 @@
 #include <map>
 #include <stdexcept>
 
-#include "task_scene_graph/simulation/catalogue.h"
+#include "catalogue.h"
 
 namespace tsg::simulation::catalogue {
 namespace {

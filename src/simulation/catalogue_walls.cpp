@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <array>
 
-#include "task_scene_graph/simulation/catalogue.h"
+#include "catalogue.h"
 
 namespace tsg::simulation::catalogue {
 namespace {

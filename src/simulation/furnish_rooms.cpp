@@ -2,8 +2,8 @@
 #include <string>
 #include <vector>
 
+#include "catalogue.h"
 #include "furnisher.h"
-#include "task_scene_graph/simulation/catalogue.h"
 
 namespace tsg::simulation {
 namespace {

@@ -42,46 +42,46 @@ cv::Rect projectHull(const Corners& corners, const CameraModel& camera) {
 ViewSolids::ViewSolids(const std::vector<Solid>& solids, const CameraModel& camera,
                        const Pose& T_world_camera) {
   const Pose T_camera_world = T_world_camera.inverse();
-  views_.reserve(solids.size());
-  for (const Solid& solid : solids) views_.push_back(computeView(solid, camera, T_camera_world));
+  seen_.reserve(solids.size());
+  for (const Solid& solid : solids) seen_.push_back(computeSeenSolid(solid, camera, T_camera_world));
   fillTiles(camera);
 }
 
-ViewSolids::View ViewSolids::computeView(const Solid& solid, const CameraModel& camera,
+ViewSolids::SeenSolid ViewSolids::computeSeenSolid(const Solid& solid, const CameraModel& camera,
                                          const Pose& T_camera_world) const {
   const Pose T_camera_solid = T_camera_world * solid.T_world_solid;
   Corners corners;
-  View view;
-  view.nearest_m = std::numeric_limits<double>::infinity();
+  SeenSolid seen;
+  seen.nearest_m = std::numeric_limits<double>::infinity();
   for (int i = 0; i < 8; ++i) {
     const Eigen::Vector3d side((i & 1) != 0 ? 1.0 : -1.0, (i & 2) != 0 ? 1.0 : -1.0,
                                (i & 4) != 0 ? 1.0 : -1.0);
     Eigen::Vector3d& corner = corners[static_cast<std::size_t>(i)];
     corner = T_camera_solid * side.cwiseProduct(solid.half_size_m);
-    view.nearest_m = std::min(view.nearest_m, corner.z());
+    seen.nearest_m = std::min(seen.nearest_m, corner.z());
   }
-  view.shape = solid.shape;
-  view.top_ratio = solid.top_ratio;
-  view.pixels = projectHull(corners, camera);
+  seen.shape = solid.shape;
+  seen.top_ratio = solid.top_ratio;
+  seen.pixels = projectHull(corners, camera);
   const Pose T_solid_camera = T_camera_solid.inverse();
   const Eigen::Vector3d scale = solid.half_size_m.cwiseInverse();
-  view.unit_from_camera = scale.asDiagonal() * T_solid_camera.linear();
-  view.origin = scale.cwiseProduct(T_solid_camera.translation());
-  return view;
+  seen.unit_from_camera = scale.asDiagonal() * T_solid_camera.linear();
+  seen.origin = scale.cwiseProduct(T_solid_camera.translation());
+  return seen;
 }
 
 void ViewSolids::fillTiles(const CameraModel& camera) {
   tile_columns_ = (camera.width_px - 1) / kTile_px + 1;
   const int tile_rows = (camera.height_px - 1) / kTile_px + 1;
   tiles_.resize(static_cast<std::size_t>(tile_columns_ * tile_rows));
-  std::vector<int> order(views_.size());
+  std::vector<int> order(seen_.size());
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(), [this](int a, int b) {
-    return views_[static_cast<std::size_t>(a)].nearest_m <
-           views_[static_cast<std::size_t>(b)].nearest_m;
+    return seen_[static_cast<std::size_t>(a)].nearest_m <
+           seen_[static_cast<std::size_t>(b)].nearest_m;
   });
   for (const int index : order) {
-    const cv::Rect& pixels = views_[static_cast<std::size_t>(index)].pixels;
+    const cv::Rect& pixels = seen_[static_cast<std::size_t>(index)].pixels;
     if (pixels.empty()) continue;
     for (int y = pixels.y / kTile_px; y <= (pixels.br().y - 1) / kTile_px; ++y) {
       for (int x = pixels.x / kTile_px; x <= (pixels.br().x - 1) / kTile_px; ++x) {
@@ -97,11 +97,11 @@ ViewSolids::Hit ViewSolids::cast(const Eigen::Vector3d& direction, int u_px, int
   Hit hit;
   hit.depth_m = std::numeric_limits<double>::infinity();
   for (const int index : tile) {
-    const View& view = views_[static_cast<std::size_t>(index)];
-    if (view.nearest_m > hit.depth_m) break;
-    if (!view.pixels.contains(cv::Point(u_px, v_px))) continue;
-    const UnitRay ray{view.origin, view.unit_from_camera * direction};
-    const double t = intersectUnit(view.shape, view.top_ratio, ray);
+    const SeenSolid& seen = seen_[static_cast<std::size_t>(index)];
+    if (seen.nearest_m > hit.depth_m) break;
+    if (!seen.pixels.contains(cv::Point(u_px, v_px))) continue;
+    const UnitRay ray{seen.origin, seen.unit_from_camera * direction};
+    const double t = intersectUnit(seen.shape, seen.top_ratio, ray);
     if (t < hit.depth_m || (t == hit.depth_m && index < hit.index)) hit = {index, t};
   }
   return hit;

@@ -30,12 +30,12 @@ class ViewSolids {
 
   /// Camera frame, metres -> unit frame of a solid.
   Eigen::Vector3d toUnit(int index, const Eigen::Vector3d& p_camera) const {
-    const View& view = views_[static_cast<std::size_t>(index)];
-    return view.origin + view.unit_from_camera * p_camera;
+    const SeenSolid& seen = seen_[static_cast<std::size_t>(index)];
+    return seen.origin + seen.unit_from_camera * p_camera;
   }
 
  private:
-  struct View {
+  struct SeenSolid {
     Eigen::Matrix3d unit_from_camera;
     Eigen::Vector3d origin;  // of the camera, unit coordinates
     Shape shape = Shape::kBox;
@@ -44,11 +44,11 @@ class ViewSolids {
     cv::Rect pixels;         // outside of it the solid is not seen
   };
 
-  View computeView(const Solid& solid, const CameraModel& camera, const Pose& T_camera_world) const;
+  SeenSolid computeSeenSolid(const Solid& solid, const CameraModel& camera, const Pose& T_camera_world) const;
   void fillTiles(const CameraModel& camera);
 
   int tile_columns_ = 0;
-  std::vector<View> views_;
+  std::vector<SeenSolid> seen_;
   std::vector<std::vector<int>> tiles_;  // indices by nearest depth
 };
 

@@ -12,11 +12,11 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
+#include "segmentation/resampling.h"
 #include "support.h"
 #include "task_scene_graph/segmentation/label_painter.h"
 #include "task_scene_graph/segmentation/letterbox.h"
 #include "task_scene_graph/segmentation/mask_decoder.h"
-#include "task_scene_graph/segmentation/resampling.h"
 #include "task_scene_graph/segmentation/segmenter.h"
 
 namespace tsg::segmentation {

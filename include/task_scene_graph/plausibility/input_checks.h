@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "task_scene_graph/core/camera.h"
-#include "task_scene_graph/plausibility/edge_alignment.h"
 #include "task_scene_graph/plausibility/finding.h"
 
 namespace tsg::plausibility {
@@ -37,9 +36,5 @@ std::optional<Finding> checkMatches(const MatchCounts& counts);
 
 /// Principal point and field of view beside the size of the image.
 std::optional<Finding> checkIntrinsics(const CameraModel& camera);
-
-/// Colour edges that lie 3 or more pixels of the grid beside the depth edges.
-/// @param step_px  pixels of the image per pixel of the grid
-std::optional<Finding> checkRegistration(const EdgeAlignment& alignment, int step_px);
 
 }  // namespace tsg::plausibility

@@ -1,18 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <optional>
+#include <memory>
 #include <vector>
 
 #include "task_scene_graph/core/frame.h"
-#include "task_scene_graph/plausibility/consistency.h"
-#include "task_scene_graph/plausibility/depth_statistics.h"
-#include "task_scene_graph/plausibility/edge_alignment.h"
 #include "task_scene_graph/plausibility/finding.h"
-#include "task_scene_graph/plausibility/image_checks.h"
 #include "task_scene_graph/plausibility/input_checks.h"
-#include "task_scene_graph/plausibility/pose_smoothness.h"
-#include "task_scene_graph/plausibility/view_groups.h"
 
 namespace tsg::plausibility {
 
@@ -31,16 +25,17 @@ struct PlausibilityConfig {
 class InputPlausibility {
  public:
   explicit InputPlausibility(const PlausibilityConfig& config = {});
+  ~InputPlausibility();
 
   /// Frames with their poses, in the order of their stamps; stamps may jump back. Unusable ones are
   /// ignored. 10 to 30 us for most frames, up to 1 ms for those that are sampled.
   void addFrame(const RgbdFrame& frame);
 
   /// Of the newest messages; cheap enough for every one.
-  void noteFrameIds(const FrameIds& ids) { ids_ = ids; }
+  void noteFrameIds(const FrameIds& ids);
 
   /// All counts so far; they replace the ones before.
-  void noteMatches(const MatchCounts& counts) { matches_ = counts; }
+  void noteMatches(const MatchCounts& counts);
 
   /// The report on everything so far; empty on clean input. Each key (Finding::check) stays the
   /// same from call to call, numbers in the text do not. Up to 60 ms where much is new since the
@@ -48,23 +43,8 @@ class InputPlausibility {
   std::vector<Finding> findings();
 
  private:
-  std::vector<Finding> findDepthFaults();
-  std::vector<Finding> findDisagreement();
-  void addSlowChecks(const RgbdFrame& frame);
-
-  PlausibilityConfig config_;
-  DepthStatistics depth_;
-  ViewGroups groups_;
-  ConsistencyCheck consistency_;
-  PoseSmoothness smoothness_;
-  EdgeAlignment edges_;
-  StillnessCheck stillness_;
-  DarknessCheck darkness_;
-  FrameIds ids_;
-  MatchCounts matches_;
-  std::optional<Stamp> last_slow_check_;
-  std::optional<CameraModel> camera_;
-  double metres_per_unit_ = 0.001;
+  class Implementation;
+  std::unique_ptr<Implementation> implementation_;
 };
 
 }  // namespace tsg::plausibility

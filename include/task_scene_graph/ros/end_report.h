@@ -39,7 +39,7 @@ class EndGatherer {
 
   /// What was reported so far, the stage that ended last first: stages end against the order of
   /// the chain.
-  std::vector<EndReport> take();
+  std::vector<EndReport> collect();
 };
 
 }  // namespace tsg::ros_interface

@@ -13,7 +13,7 @@ namespace tsg::ros_interface {
 
 /// Subscribes to images, raw or compressed. A topic whose name ends in /compressed or
 /// /compressedDepth is taken as such; where a raw topic has no publisher but its compressed form
-/// has, `look()` changes over to that. Raw images arrive by pointer, never copied.
+/// has, `switchToCompressed()` changes over to that. Raw images arrive by pointer, never copied.
 class ImageSubscriber {
  public:
   using Callback = std::function<void(SourceImage)>;
@@ -23,7 +23,7 @@ class ImageSubscriber {
                   std::uint32_t queue_size, Callback callback);
 
   /// To be called now and then while nothing has come. Returns what it did, for the log, or "".
-  std::string look();
+  std::string switchToCompressed();
   const ::ros::Subscriber& subscriber() const { return subscriber_; }
   /// Resolved name of the topic that is read.
   std::string topic() const { return subscriber_.getTopic(); }

@@ -2,29 +2,16 @@
 #pragma once
 
 #include <ros/node_handle.h>
-#include <sensor_msgs/CameraInfo.h>
-#include <tf2/buffer_core.h>
-#include <topic_tools/shape_shifter.h>
 
-#include <boost/signals2/connection.hpp>
-#include <chrono>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 
 #include "task_scene_graph/core/frame.h"
-#include "task_scene_graph/ros/frame_assembler.h"
-#include "task_scene_graph/ros/image_subscriber.h"
+#include "task_scene_graph/plausibility/input_plausibility.h"
 #include "task_scene_graph/ros/input_config.h"
-#include "task_scene_graph/ros/input_plausibility_report.h"
-#include "task_scene_graph/ros/pose_source.h"
-#include "task_scene_graph/ros/pose_waiter.h"
 #include "task_scene_graph/ros/stage_report.h"
-#include "task_scene_graph/ros/topic_watch.h"
-#include "task_scene_graph/ros/transform_feed.h"
-#include "task_scene_graph/ros/transform_history.h"
 
 namespace tsg::ros_interface {
 
@@ -64,37 +51,8 @@ class RgbdInput {
   std::string cameraFrame() const;
 
  private:
-  FrameAssembler::Callbacks makeAssemblerCallbacks();
-  InputTopics resolveTopics(const ::ros::NodeHandle& handle) const;
-  void subscribe(const ::ros::NodeHandle& handle);
-  void subscribeCameraInfo(::ros::NodeHandle handle);
-  void subscribePoses(::ros::NodeHandle handle);
-  void addPose(const topic_tools::ShapeShifter& message);
-  void reportFindings();
-  void lookForCompressed(ImageSubscriber& image, std::size_t number);
-  void jumpBack();
-
-  const InputConfig config_;
-  StageReport& report_;
-  const Callbacks callbacks_;
-  const std::unique_ptr<InputPlausibilityReport> plausibility_;  ///< may be null
-  TopicWatch watch_;
-  tf2::BufferCore tf_buffer_;
-  TransformHistory tf_history_;
-  PoseSource poses_;
-  PoseWaiter pose_waiter_;
-  boost::signals2::scoped_connection tf_changed_;
-  std::unique_ptr<TransformFeed> tf_feed_;  ///< its thread calls those above
-  mutable std::mutex mutex_;                ///< guards the two below
-  std::string camera_frame_;
-  std::unique_ptr<FrameAssembler> assembler_;
-  std::uint64_t num_colors_at_check_ = 0;
-  int num_quiet_checks_ = 0;
-  std::chrono::steady_clock::time_point newest_findings_;
-  std::optional<ImageSubscriber> color_;
-  std::optional<ImageSubscriber> depth_;
-  ::ros::Subscriber info_;
-  ::ros::Subscriber pose_;
+  class Implementation;
+  std::unique_ptr<Implementation> implementation_;
 };
 
 }  // namespace tsg::ros_interface

@@ -29,7 +29,7 @@ class TransformFeed {
   TransformFeed& operator=(const TransformFeed&) = delete;
 
  private:
-  void take(const tf2_msgs::TFMessage& message, bool is_static);
+  void addTransforms(const tf2_msgs::TFMessage& message, bool is_static);
 
   tf2::BufferCore& buffer_;
   TransformHistory& history_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "task_scene_graph/plausibility/depth_statistics.h"
+#include "plausibility/depth_statistics.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-#include "task_scene_graph/plausibility/depth_findings.h"
+#include "plausibility/depth_findings.h"
 
 namespace tsg::plausibility {
 namespace {

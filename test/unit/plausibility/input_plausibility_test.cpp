@@ -6,8 +6,8 @@
 
 #include <limits>
 
+#include "plausibility/depth_findings.h"
 #include "rgbd_faults.h"
-#include "task_scene_graph/plausibility/depth_findings.h"
 
 namespace tsg::plausibility {
 namespace {

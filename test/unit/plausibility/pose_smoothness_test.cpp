@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "task_scene_graph/plausibility/pose_smoothness.h"
+#include "plausibility/pose_smoothness.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "task_scene_graph/plausibility/reprojection.h"
+#include "plausibility/reprojection.h"
 
 #include <gtest/gtest.h>
 

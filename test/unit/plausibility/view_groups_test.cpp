@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "task_scene_graph/plausibility/view_groups.h"
+#include "plausibility/view_groups.h"
 
 #include <gtest/gtest.h>
 

@@ -53,10 +53,10 @@ TEST(EndGatherer, GathersInTheOrderOfTheChainAndOnlyOnce) {
   EndGatherer gatherer;
   reportEnd(kGraph);  // the last stage ends first
   reportEnd(kMesh);
-  const auto reports = gatherer.take();
+  const auto reports = gatherer.collect();
   ASSERT_EQ(reports.size(), 2U);
   EXPECT_EQ(reports[0].stage, "/mesh_fusion");
-  EXPECT_TRUE(gatherer.take().empty());
+  EXPECT_TRUE(gatherer.collect().empty());
 }
 
 TEST(StageReport, SaysWhatBecameOfTheInput) {

@@ -10,8 +10,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <random>
 
+#include "ros/rvl.h"
 #include "task_scene_graph/ros/image_conversions.h"
-#include "task_scene_graph/ros/rvl.h"
 
 namespace tsg::ros_interface {
 namespace {

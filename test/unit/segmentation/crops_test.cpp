@@ -3,8 +3,8 @@
 // one grey level in two of the tall images).
 #include <gtest/gtest.h>
 
+#include "segmentation/resampling.h"
 #include "task_scene_graph/segmentation/image_encoder.h"
-#include "task_scene_graph/segmentation/resampling.h"
 
 namespace tsg::segmentation {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "task_scene_graph/segmentation/segment_carrier.h"
+#include "segmentation/segment_carrier.h"
 
 namespace tsg::segmentation {
 namespace {

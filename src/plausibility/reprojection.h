@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "task_scene_graph/plausibility/depth_grid.h"
+#include "depth_grid.h"
 
 namespace tsg::plausibility {
 

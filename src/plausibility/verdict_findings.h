@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "task_scene_graph/plausibility/consistency.h"
+#include "consistency.h"
 #include "task_scene_graph/plausibility/finding.h"
 
 namespace tsg::plausibility {

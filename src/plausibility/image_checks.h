@@ -5,8 +5,8 @@
 #include <deque>
 #include <optional>
 
-#include "task_scene_graph/plausibility/depth_grid.h"
-#include "task_scene_graph/plausibility/depth_statistics.h"
+#include "depth_grid.h"
+#include "depth_statistics.h"
 #include "task_scene_graph/plausibility/finding.h"
 
 namespace tsg::plausibility {

@@ -5,7 +5,8 @@
 #include <cstddef>
 #include <optional>
 
-#include "task_scene_graph/plausibility/depth_grid.h"
+#include "depth_grid.h"
+#include "task_scene_graph/plausibility/finding.h"
 
 namespace tsg::plausibility {
 
@@ -37,5 +38,9 @@ class EdgeAlignment {
   std::size_t num_images_ = 0;
   std::size_t num_edges_ = 0;
 };
+
+/// Colour edges that lie 3 or more pixels of the grid beside the depth edges.
+/// @param step_px  pixels of the image per pixel of the grid
+std::optional<Finding> checkRegistration(const EdgeAlignment& alignment, int step_px);
 
 }  // namespace tsg::plausibility

@@ -7,8 +7,8 @@
 #include <optional>
 #include <vector>
 
-#include "task_scene_graph/plausibility/reprojection.h"
-#include "task_scene_graph/plausibility/view_groups.h"
+#include "reprojection.h"
+#include "view_groups.h"
 
 namespace tsg::plausibility {
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "task_scene_graph/plausibility/depth_grid.h"
+#include "depth_grid.h"
 
 namespace tsg::plausibility {
 

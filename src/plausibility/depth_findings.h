@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "task_scene_graph/plausibility/depth_statistics.h"
+#include "depth_statistics.h"
 #include "task_scene_graph/plausibility/finding.h"
 
 namespace tsg::plausibility {
