@@ -89,3 +89,21 @@ foreach(source ${TSG_EXAMPLES})
   target_link_libraries(${name} PRIVATE tsg_core tsg_warnings)
   add_dependencies(tests ${name})
 endforeach()
+
+# Fuzzed readers: test/fuzz/fuzz_<reader>.cpp. Each test is a smoke run; docs/testing.md tells of more.
+add_library(tsg_fuzz STATIC EXCLUDE_FROM_ALL test/fuzz/fuzzer.cpp test/fuzz/mutator.cpp)
+target_include_directories(tsg_fuzz PUBLIC test/fuzz)
+target_link_libraries(tsg_fuzz PUBLIC tsg_test_support tsg_warnings)
+add_custom_target(fuzz_programs)
+file(GLOB TSG_FUZZED CONFIGURE_DEPENDS test/fuzz/fuzz_*.cpp)
+foreach(source ${TSG_FUZZED})
+  get_filename_component(name ${source} NAME_WE)
+  add_executable(${name} EXCLUDE_FROM_ALL ${source})
+  target_link_libraries(${name} PRIVATE tsg_fuzz tsg_ros tsg_warnings)
+  add_dependencies(tests ${name})
+  add_dependencies(fuzz_programs ${name})
+  set(result ${CATKIN_TEST_RESULTS_DIR}/${PROJECT_NAME}/${name}.xml)
+  catkin_run_tests_target(fuzz ${name} ${name}.xml
+    COMMAND "$<TARGET_FILE:${name}> --findings ${CATKIN_TEST_RESULTS_DIR}/${PROJECT_NAME} --result ${result}"
+    DEPENDENCIES ${name} WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR})
+endforeach()

@@ -17,6 +17,30 @@ std::string joinLines(const std::string& where, const std::vector<std::string>& 
   return text;
 }
 
+constexpr int kMaxDepth = 100;
+constexpr std::size_t kMaxNodes = 20'000'000;
+
+/// An alias may stand for more than a file holds: `a: &a [*a]` has no end, and ten lines that name
+/// the one before ten times each stand for 10^10 values.
+void checkSize(const YAML::Node& node, int depth, std::size_t& count, const std::string& where) {
+  if (depth > kMaxDepth) {
+    throw ConfigError(where, {"it is nested deeper than " + std::to_string(kMaxDepth) +
+                              " levels, or holds an alias (*) of what it lies in"});
+  }
+  if (++count > kMaxNodes) {
+    throw ConfigError(where, {"its aliases (*) stand for more than " + std::to_string(kMaxNodes) +
+                              " values"});
+  }
+  for (const auto& child : node) {
+    if (node.IsMap()) {
+      checkSize(child.first, depth + 1, count, where);
+      checkSize(child.second, depth + 1, count, where);
+    } else {
+      checkSize(child, depth + 1, count, where);
+    }
+  }
+}
+
 std::size_t computeEditDistance(const std::string& a, const std::string& b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -64,7 +88,10 @@ YAML::Node loadYamlFile(const std::string& path) {
       throw ConfigError(where, {"there are " + std::to_string(documents.size()) +
                                 " documents in it (lines '---'), expected one"});
     }
-    return documents.empty() ? YAML::Node() : documents.front();
+    if (documents.empty()) return YAML::Node();
+    std::size_t count = 0;
+    checkSize(documents.front(), 0, count, where);
+    return documents.front();
   } catch (const YAML::Exception& e) {
     const std::string line =
         e.mark.is_null() ? "" : "line " + std::to_string(e.mark.line + 1) + ": ";

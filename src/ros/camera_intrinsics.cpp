@@ -185,6 +185,15 @@ void checkSize(const sensor_msgs::CameraInfo& info, cv::Size size, const std::st
                    "sizes differ");
 }
 
+/// Of K and P, only one need be there; the one that is used must be whole.
+void checkModel(const CameraModel& camera, const std::string& topic) {
+  try {
+    camera.validate();
+  } catch (const std::invalid_argument& e) {
+    throw InputError("camera_info on " + topic + ": " + e.what(), "bad intrinsics");
+  }
+}
+
 cv::Mat toMatrix(const CameraModel& c) {
   return (cv::Mat_<double>(3, 3) << c.fx_px, 0.0, c.cx_px, 0.0, c.fy_px, c.cy_px, 0.0, 0.0, 1.0);
 }
@@ -258,6 +267,8 @@ Intrinsics toIntrinsics(const sensor_msgs::CameraInfo& info, cv::Size size,
   const CameraModel raw =
       cutAndBin(has_matrix ? toModel(info.K, size) : toModel(info.P, size), info, size);
   const CameraModel rectified = has_projection ? cutAndBin(toModel(info.P, size), info, size) : raw;
+  checkModel(raw, topic);
+  checkModel(rectified, topic);
   if (rectification == Rectification::kWanted) {
     const auto warp = makeRectification(info, raw, rectified, topic);
     return {warp ? rectified : raw, warp};
@@ -269,12 +280,7 @@ Intrinsics toIntrinsics(const sensor_msgs::CameraInfo& info, cv::Size size,
 void checkCameraInfo(const sensor_msgs::CameraInfo& info, const std::string& topic) {
   requireFinite(info.K, "K", topic);
   requireFinite(info.P, "P", topic);
-  try {
-    toModel(info.P, {1, 1}).fx_px > 0.0 ? toModel(info.P, {1, 1}).validate()
-                                        : toModel(info.K, {1, 1}).validate();
-  } catch (const std::invalid_argument& e) {
-    throw InputError("camera_info on " + topic + ": " + e.what(), "bad intrinsics");
-  }
+  checkModel(info.P[0] > 0.0 ? toModel(info.P, {1, 1}) : toModel(info.K, {1, 1}), topic);
 }
 
 CameraModel resizeCamera(const CameraModel& camera, cv::Size size) {

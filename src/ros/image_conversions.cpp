@@ -38,6 +38,14 @@ cv_bridge::CvImageConstPtr share(const sensor_msgs::ImageConstPtr& message,
   }
 }
 
+/// cv_bridge turns the bytes of a big-endian image, but leaves it a matrix of bytes.
+cv::Mat toType(const cv::Mat& image, int type) {
+  if (image.type() == type || image.elemSize() != static_cast<std::size_t>(CV_ELEM_SIZE(type))) {
+    return image;
+  }
+  return {image.rows, image.cols, type, image.data, image.step};
+}
+
 std::shared_ptr<const void> toOwner(const cv_bridge::CvImageConstPtr& image) {
   return {image.get(), [image](const void*) {}};
 }
@@ -70,7 +78,7 @@ DepthImage toDepthImage(const sensor_msgs::ImageConstPtr& message, const std::st
   }
   const auto shared = share(message, topic, "");
   DepthImage depth;
-  depth.image = shared->image;
+  depth.image = toType(shared->image, is_millimetres ? CV_16UC1 : CV_32FC1);
   depth.metres_per_unit = is_millimetres ? 0.001 : 1.0;
   depth.owner = toOwner(shared);
   return depth;

@@ -8,6 +8,7 @@
 
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/core/files.h"
+#include "task_scene_graph/core/utf8.h"
 
 namespace tsg::scene_graph {
 namespace {
@@ -27,7 +28,10 @@ bool isBlank(const std::string& text) {
 void checkNames(const TaskList& tasks, Violations& violations) {
   std::set<std::string> seen;
   for (std::size_t i = 0; i < tasks.size(); ++i) {
-    if (isBlank(tasks.names[i])) {
+    if (!isValidUtf8(tasks.names[i])) {
+      violations.push_back("task " + std::to_string(i + 1) +
+                           ": the name is not valid UTF-8; convert the file to UTF-8");
+    } else if (isBlank(tasks.names[i])) {
       violations.push_back(describeTask(tasks, i) + " is empty, expected a name in words");
     } else if (!seen.insert(tasks.names[i]).second) {
       violations.push_back(describeTask(tasks, i) + " is there twice, expected different tasks");

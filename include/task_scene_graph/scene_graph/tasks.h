@@ -17,7 +17,7 @@ struct TaskList {
   std::size_t size() const { return names.size(); }
   bool hasEmbeddings() const { return embeddings.rows() > 0; }
 
-  /// Checks names (none empty, none twice) and embeddings (no row or one per name, finite, not
+  /// Checks names (UTF-8, none empty, none twice) and embeddings (no row or one per name, finite, not
   /// zero). `where` says whose tasks they are, for instance "task file 'tasks.yaml'".
   /// @throws config::ConfigError with all violations, naming `where`, the task, its value and what
   /// was expected.
@@ -43,8 +43,8 @@ void checkClusterable(const TaskList& tasks, const std::string& where, Eigen::In
 ///
 /// A file with nothing in it is an empty list.
 /// @throws config::ConfigError naming the file, the task, its value and what was expected, for a
-/// missing file, malformed YAML, and (all of them at once) duplicates, empty names, unknown keys,
-/// embeddings that are not finite, all zero, or of different sizes.
+/// missing file, malformed YAML, and (all of them at once) duplicates, names that are empty or not
+/// UTF-8, unknown keys, embeddings that are not finite, all zero, or of different sizes.
 TaskList loadTasks(const std::string& path);
 
 /// Writes the third kind of `loadTasks` (without embeddings if there are none), whole or not
