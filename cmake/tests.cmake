@@ -10,6 +10,7 @@ target_link_libraries(tsg_test_support
   PUBLIC tsg_core tsg_simulation nlohmann_json::nlohmann_json ZLIB::ZLIB ${OCTOMAP_LIBRARIES}
   PRIVATE tsg_warnings)
 
+add_custom_target(unit_tests)
 function(tsg_add_unit_test module library)
   file(GLOB sources CONFIGURE_DEPENDS test/unit/${module}/*.cpp)
   if(NOT sources)
@@ -18,6 +19,7 @@ function(tsg_add_unit_test module library)
   catkin_add_gtest(test_${module} ${sources}
     WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR})
   target_link_libraries(test_${module} tsg_test_support ${library} gtest_main tsg_warnings)
+  add_dependencies(unit_tests test_${module})
 endfunction()
 
 foreach(module ${TSG_CORE_MODULES})

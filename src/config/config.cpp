@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "task_scene_graph/config/config.h"
 
+#include <yaml-cpp/eventhandler.h>
+
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <numeric>
 #include <sstream>
 
@@ -17,6 +20,38 @@ std::string joinLines(const std::string& where, const std::vector<std::string>& 
   return text;
 }
 
+class EventIgnorer : public YAML::EventHandler {
+ public:
+  void OnDocumentStart(const YAML::Mark&) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                  YAML::EmitterStyle::value) override {}
+  void OnMapEnd() override {}
+};
+
+/// YAML::LoadAll never ends where a document begins with a comma: it finds one more document in
+/// front of it, again and again.
+bool hasSecondDocument(const std::string& text) {
+  std::istringstream stream(text);
+  YAML::Parser parser(stream);
+  EventIgnorer ignorer;
+  return parser.HandleNextDocument(ignorer) && parser.HandleNextDocument(ignorer);
+}
+
+std::string readText(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
 constexpr int kMaxDepth = 100;
 constexpr std::size_t kMaxNodes = 20'000'000;
 
@@ -28,8 +63,8 @@ void checkSize(const YAML::Node& node, int depth, std::size_t& count, const std:
                               " levels, or holds an alias (*) of what it lies in"});
   }
   if (++count > kMaxNodes) {
-    throw ConfigError(where, {"its aliases (*) stand for more than " + std::to_string(kMaxNodes) +
-                              " values"});
+    throw ConfigError(
+        where, {"its aliases (*) stand for more than " + std::to_string(kMaxNodes) + " values"});
   }
   for (const auto& child : node) {
     if (node.IsMap()) {
@@ -83,15 +118,16 @@ YAML::Node loadYamlFile(const std::string& path) {
     throw ConfigError(e.what());
   }
   try {
-    const std::vector<YAML::Node> documents = YAML::LoadAllFromFile(path);
-    if (documents.size() > 1) {
-      throw ConfigError(where, {"there are " + std::to_string(documents.size()) +
-                                " documents in it (lines '---'), expected one"});
+    const std::string text = readText(path);
+    if (hasSecondDocument(text)) {
+      throw ConfigError(where,
+                        {"there are 2 documents in it or more, expected one: lines '---', or a "
+                         "comma or bracket where none belongs"});
     }
-    if (documents.empty()) return YAML::Node();
+    const YAML::Node root = YAML::Load(text);
     std::size_t count = 0;
-    checkSize(documents.front(), 0, count, where);
-    return documents.front();
+    checkSize(root, 0, count, where);
+    return root;
   } catch (const YAML::Exception& e) {
     const std::string line =
         e.mark.is_null() ? "" : "line " + std::to_string(e.mark.line + 1) + ": ";

@@ -47,6 +47,21 @@ std::optional<double> parseSpecial(const std::string& text) {
   return std::nullopt;
 }
 
+/// A NUL would end the text of an exception.
+std::string escapeControls(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) {
+    if (static_cast<unsigned char>(c) >= 0x20) {
+      escaped += c;
+      continue;
+    }
+    std::array<char, 8> code{};
+    std::snprintf(code.data(), code.size(), "\\x%02x", static_cast<unsigned>(c));
+    escaped += code.data();
+  }
+  return escaped;
+}
+
 bool isLeadingZero(const std::string& text) {
   static const std::regex pattern(R"([-+]?0[0-9_]+)");
   return std::regex_match(text, pattern);
@@ -139,19 +154,13 @@ std::string quoteYaml(const std::string& text) {
   std::string quoted = "\"";
   for (const char c : text) {
     if (c == '"' || c == '\\') quoted += '\\';
-    if (static_cast<unsigned char>(c) >= 0x20) {
-      quoted += c;
-      continue;
-    }
-    std::array<char, 8> code{};
-    std::snprintf(code.data(), code.size(), "\\x%02x", static_cast<unsigned>(c));
-    quoted += code.data();
+    quoted += c;
   }
-  return quoted + '"';
+  return escapeControls(quoted) + '"';
 }
 
 std::string formatNode(const YAML::Node& node) {
-  if (node.IsScalar()) return node.Scalar();
+  if (node.IsScalar()) return escapeControls(node.Scalar());
   if (!node.IsSequence() && !node.IsMap()) return "";
   std::string items;
   for (const auto& item : node) {

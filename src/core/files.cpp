@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 #include <fstream>
 #include <stdexcept>
@@ -12,6 +13,8 @@
 namespace tsg {
 namespace fs = std::filesystem;
 namespace {
+
+constexpr const char* kTemporary = ".tmp";  // and the process's id
 
 [[noreturn]] void fail(const fs::path& path, const std::string& what) {
   throw std::runtime_error("cannot write '" + path.string() + "': " + what);
@@ -24,6 +27,23 @@ void flushToDisk(const fs::path& path) {
   const int error = errno;
   close(descriptor);
   if (status != 0) fail(path, std::strerror(error));
+}
+
+bool isRunning(long pid) { return kill(static_cast<pid_t>(pid), 0) == 0 || errno != ESRCH; }
+
+/// Removes what processes that were killed have left of writing the same file.
+void removeStale(const fs::path& path) {
+  const std::string prefix = path.filename().string() + kTemporary;
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string name = entry.path().filename().string();
+    const std::string pid = name.size() > prefix.size() ? name.substr(prefix.size()) : "";
+    const bool is_pid =
+        !pid.empty() && pid.size() < 10 && pid.find_first_not_of("0123456789") == std::string::npos;
+    if (name.compare(0, prefix.size(), prefix) != 0 || !is_pid) continue;
+    if (!isRunning(std::stol(pid))) fs::remove(entry.path(), ignored);
+  }
 }
 
 /// Removes the temporary file unless it was renamed.
@@ -57,7 +77,8 @@ void writeFileAtomically(const fs::path& path, const std::function<void(std::ost
   std::error_code error;
   if (path.has_parent_path()) fs::create_directories(path.parent_path(), error);
   if (error) fail(path, error.message());
-  const fs::path temporary = path.string() + ".tmp" + std::to_string(getpid());
+  removeStale(path);
+  const fs::path temporary = path.string() + kTemporary + std::to_string(getpid());
   const Cleanup cleanup(temporary);
   {
     std::ofstream stream(temporary, std::ios::binary);

@@ -178,11 +178,8 @@ void SceneGraphNodelet::startTunables() {
 void SceneGraphNodelet::onPrimitives(const msg::ObjectPrimitivesConstPtr& message) {
   report().countInput();
   worker_->push([this, message](scene_graph::SceneGraphBuilder& builder) {
-    std::vector<ObjectPrimitivePtr> primitives;
-    for (const auto& primitive : message->primitives) {
-      primitives.push_back(ros_interface::fromMessage(primitive));
-    }
-    const auto update = builder.addPrimitives(primitives);
+    const auto update = builder.addPrimitives(
+        ros_interface::fromMessage(*message, primitives_subscriber_.getTopic()));
     if (!update.error.empty()) report().countDropped("unusable primitive", update.error);
   });
   for (const auto& primitive : message->primitives) primitives_.noteId(primitive.id);
@@ -191,8 +188,8 @@ void SceneGraphNodelet::onPrimitives(const msg::ObjectPrimitivesConstPtr& messag
 void SceneGraphNodelet::onPlaces(const msg::PlaceGraphConstPtr& message) {
   watch_->noteMessage(0);
   report().countInput();
-  worker_->push([message](scene_graph::SceneGraphBuilder& builder) {
-    builder.setPlaces(ros_interface::fromMessage(*message));
+  worker_->push([this, message](scene_graph::SceneGraphBuilder& builder) {
+    builder.setPlaces(ros_interface::fromMessage(*message, places_subscriber_.getTopic()));
   });
   places_.noteStamp(ros_interface::toStamp(message->header.stamp));
 }

@@ -267,13 +267,14 @@ Intrinsics toIntrinsics(const sensor_msgs::CameraInfo& info, cv::Size size,
   const CameraModel raw =
       cutAndBin(has_matrix ? toModel(info.K, size) : toModel(info.P, size), info, size);
   const CameraModel rectified = has_projection ? cutAndBin(toModel(info.P, size), info, size) : raw;
-  checkModel(raw, topic);
   checkModel(rectified, topic);
   if (rectification == Rectification::kWanted) {
+    checkModel(raw, topic);
     const auto warp = makeRectification(info, raw, rectified, topic);
     return {warp ? rectified : raw, warp};
   }
   const bool is_distorted = hasDistortion(info) && rectification == Rectification::kIgnored;
+  if (is_distorted) checkModel(raw, topic);
   return {is_distorted ? raw : rectified, nullptr};
 }
 

@@ -2,6 +2,7 @@
 #include "task_scene_graph/ros/message_conversions.h"
 
 #include <boost/make_shared.hpp>
+#include <cmath>
 #include <cstring>
 
 #include "task_scene_graph/ros/geometry_conversions.h"
@@ -153,6 +154,20 @@ ObjectPrimitivePtr fromMessage(const msg::ObjectPrimitive& message) {
   return primitive;
 }
 
+std::vector<ObjectPrimitivePtr> fromMessage(const msg::ObjectPrimitives& message,
+                                            const std::string& topic) {
+  std::vector<ObjectPrimitivePtr> primitives;
+  for (const auto& primitive : message.primitives) {
+    try {
+      primitives.push_back(fromMessage(primitive));
+    } catch (const std::exception& e) {
+      throw InputError("object primitive " + std::to_string(primitive.id) + " on " + topic + ": " +
+                       e.what());
+    }
+  }
+  return primitives;
+}
+
 msg::ObjectPrimitive toMessage(const ObjectPrimitive& primitive) {
   msg::ObjectPrimitive message;
   message.id = primitive.id.value;
@@ -210,6 +225,15 @@ PlaceGraphPtr fromMessage(const msg::PlaceGraph& message) {
     graph->edges.push_back({{edge.a}, {edge.b}, edge.clearance});
   }
   return graph;
+}
+
+PlaceGraphPtr fromMessage(const msg::PlaceGraph& message, const std::string& topic) {
+  for (const auto& place : message.places) {
+    if (toVector(place.position).allFinite() && std::isfinite(place.clearance)) continue;
+    throw InputError("place " + std::to_string(place.id) + " on " + topic +
+                     " has a position or clearance that is not finite");
+  }
+  return fromMessage(message);
 }
 
 msg::PlaceGraphPtr toMessage(const PlaceGraph& graph, const std::string& world_frame) {

@@ -93,6 +93,29 @@ std::vector<TensorInfo> describeOutputs(const Ort::Session& session) {
   return infos;
 }
 
+/// What an input takes; a size that the file leaves open counts as much as the largest, but for the
+/// first, the batch's.
+double countInputValues(const std::vector<std::int64_t>& shape) {
+  if (shape.empty()) return 1.0;
+  const auto largest = static_cast<double>(*std::max_element(shape.begin(), shape.end()));
+  double count = shape[0] > 0 ? static_cast<double>(shape[0]) : 1.0;
+  for (std::size_t i = 1; i < shape.size(); ++i) {
+    count *= shape[i] > 0 ? static_cast<double>(shape[i]) : std::max(largest, 1.0);
+  }
+  return count;
+}
+
+/// A damaged file may ask for terabytes.
+void checkInputSizes(const std::string& path, const std::vector<TensorInfo>& inputs) {
+  constexpr double kMostValues = 1 << 28;  // 256 images of 512 x 512 pixels, 1 GB
+  for (const auto& input : inputs) {
+    if (countInputValues(input.shape) <= kMostValues) continue;
+    throw InferenceError("network file '" + path + "' has an input " + toText(input) +
+                         ", expected one of at most 2^28 values; the file is damaged, or made for "
+                         "another purpose");
+  }
+}
+
 TensorView toView(Ort::Value&& value) {
   const auto owner = std::make_shared<const Ort::Value>(std::move(value));
   const auto info = owner->GetTensorTypeAndShapeInfo();
@@ -171,6 +194,7 @@ Network::Network(const std::string& path, const EngineConfig& config) : path_(pa
     session_->run_options = Ort::RunOptions();
     inputs_ = describeInputs(session_->session);
     outputs_ = describeOutputs(session_->session);
+    checkInputSizes(path, inputs_);
   } catch (const Ort::Exception& e) {
     const std::string kind = describeFileKind(path);
     throw InferenceError("network file '" + path + "' cannot be loaded: " +

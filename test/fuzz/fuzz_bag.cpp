@@ -45,9 +45,9 @@ std::string make(fuzz::Mutator& mutator) {
     writeBag(path, nullptr);
     return fuzz::readFile(path);
   }();
-  static const std::vector<std::string> words{"op=\x02", "size=", "topic=/color", "conn=", "none",
-                                              "bz2", "lz4", "index_pos=", "\n", "=",
-                                              "sensor_msgs/Image"};
+  static const std::vector<std::string> words{
+      "op=\x02", "size=", "topic=/color",     "conn=", "none", "bz2", "lz4", "index_pos=",
+      "\n",      "=",     "sensor_msgs/Image"};
   if (mutator.isOneIn(3)) {
     writeBag(path, &mutator);
     return fuzz::readFile(path);

@@ -26,8 +26,7 @@ void readInput(const std::string& input) {
   const cv::Size size(fuzz::kWidth, fuzz::kHeight);
   for (const auto rectification :
        {Rectification::kIgnored, Rectification::kDone, Rectification::kWanted}) {
-    const auto intrinsics =
-        tsg::ros_interface::toIntrinsics(*info, size, rectification, kTopic);
+    const auto intrinsics = tsg::ros_interface::toIntrinsics(*info, size, rectification, kTopic);
     intrinsics.camera.validate();
     if (intrinsics.rectification) intrinsics.rectification->applyNearest(fuzz::makeDepth());
   }

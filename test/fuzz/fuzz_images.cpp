@@ -14,7 +14,8 @@ namespace ros_interface = tsg::ros_interface;
 
 std::string makeRaw(fuzz::Mutator& mutator) {
   static const std::vector<sensor_msgs::Image> corpus{
-      fuzz::makeImage("rgb8", fuzz::makeColor()), fuzz::makeImage("bgr8", fuzz::makeColor()),
+      fuzz::makeImage("rgb8", fuzz::makeColor()),
+      fuzz::makeImage("bgr8", fuzz::makeColor()),
       fuzz::makeImage("mono8", cv::Mat::ones(fuzz::kHeight, fuzz::kWidth, CV_8UC1)),
       fuzz::makeImage("rgba8", cv::Mat::ones(fuzz::kHeight, fuzz::kWidth, CV_8UC4)),
       fuzz::makeImage("16UC1", fuzz::makeDepth()),
@@ -58,9 +59,8 @@ void readInput(const std::string& input) {
     const auto source = toSource(type, bytes);
     const auto message = source.decode("/camera/image");
     const bool is_color = message->encoding.find('8') != std::string::npos;
-    const cv::Mat image =
-        is_color ? ros_interface::toColorImage(message, "/camera/image").image
-                 : ros_interface::toDepthImage(message, "/camera/image").image;
+    const cv::Mat image = is_color ? ros_interface::toColorImage(message, "/camera/image").image
+                                   : ros_interface::toDepthImage(message, "/camera/image").image;
     cv::sum(image);
     ros_interface::checkStamp(source.header().stamp, "/camera/image");
   }

@@ -9,6 +9,7 @@
 #include "message_mutator.h"
 #include "records.h"
 #include "sample_messages.h"
+#include "task_scene_graph/ros/image_conversions.h"
 #include "task_scene_graph/ros/mesh_update_conversions.h"
 #include "task_scene_graph/ros/message_conversions.h"
 #include "task_scene_graph/ros/scene_graph_conversions.h"
@@ -176,7 +177,8 @@ void use(scene_graph::SceneGraphBuilder& builder) {
   const auto json = nlohmann::json::parse(std::ifstream(path));
   for (const auto& node : json.at("nodes")) {
     for (const auto& value : node.at("attributes").at("position")) {
-      if (!value.is_number()) throw std::logic_error("a position that is no number: " + node.dump());
+      if (!value.is_number())
+        throw std::logic_error("a position that is no number: " + node.dump());
     }
   }
 }
@@ -198,12 +200,15 @@ void readPlaces(const msg::PlaceGraph& message) {
   use(builder);
 }
 
-void readMeshUpdate(const msg::MeshUpdate& message) {
-  ros_interface::MeshUpdateReader reader;
+/// Whoever calls these readers says which topic it is.
+template <typename Read>
+void readNamed(const Read& read_message) {
   try {
-    reader.apply(message);
+    read_message();
   } catch (const ros_interface::InputError& e) {
-    throw std::runtime_error(std::string(kTopic) + ": " + e.what());  // as the display does
+    throw std::runtime_error(std::string(kTopic) + ": " + e.what());
+  } catch (const std::invalid_argument& e) {
+    throw std::runtime_error(std::string(kTopic) + ": " + e.what());
   }
 }
 
@@ -217,9 +222,11 @@ void readOne(char type, const std::string& bytes) {
   } else if (type == 'p') {
     readPlaces(*fuzz::fromBytes<msg::PlaceGraph>(bytes));
   } else if (type == 'm') {
-    readMeshUpdate(*fuzz::fromBytes<msg::MeshUpdate>(bytes));
+    const auto update = fuzz::fromBytes<msg::MeshUpdate>(bytes);
+    readNamed([&] { ros_interface::MeshUpdateReader().apply(*update); });
   } else {
-    ros_interface::fromMessage(*fuzz::fromBytes<msg::SceneGraph>(bytes), kTopic);
+    const auto graph = fuzz::fromBytes<msg::SceneGraph>(bytes);
+    readNamed([&] { ros_interface::fromMessage(*graph); });
   }
 }
 

@@ -33,9 +33,10 @@ std::string make(fuzz::Mutator& mutator) {
 void readInput(const std::string& path) {
   const auto models = tsg::segmentation::loadModelSet(path);
   const auto isFinite = [](double value) { return std::isfinite(value); };
-  const bool is_usable = std::all_of(models.image_mean.begin(), models.image_mean.end(), isFinite) &&
-                         std::all_of(models.image_std.begin(), models.image_std.end(), isFinite) &&
-                         isFinite(models.alpha) && models.embedding_size > 0;
+  const bool is_usable =
+      std::all_of(models.image_mean.begin(), models.image_mean.end(), isFinite) &&
+      std::all_of(models.image_std.begin(), models.image_std.end(), isFinite) &&
+      isFinite(models.alpha) && models.embedding_size > 0;
   if (!is_usable) throw std::logic_error("accepts a number that cannot be used");
 }
 
@@ -45,5 +46,6 @@ int main(int argc, char** argv) {
   for (const char* name : {"segmenter.onnx", "encoder.onnx", "vocabulary.txt"}) {
     fuzz::writeFile(fuzz::scratchFolder() / name, "here");
   }
-  return fuzz::runFuzzer(argc, argv, fuzz::makeFileReader("model_set", "models.yaml", make, readInput));
+  return fuzz::runFuzzer(argc, argv,
+                         fuzz::makeFileReader("model_set", "models.yaml", make, readInput));
 }

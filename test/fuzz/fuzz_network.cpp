@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Network files, loaded and tried as segmenter and as image encoder. Needs ONNX Runtime.
+// Network files, loaded as segmenter and as image encoder. Needs ONNX Runtime.
 #include <iostream>
 #include <stdexcept>
 
 #include "fuzzer.h"
-#include "task_scene_graph/segmentation/image_encoder.h"
-#include "task_scene_graph/segmentation/segmenter.h"
+#include "task_scene_graph/segmentation/clip_tower.h"
+#include "task_scene_graph/segmentation/segmenter_layout.h"
 
 namespace {
 
@@ -27,47 +27,20 @@ std::string make(fuzz::Mutator& mutator) {
   return network;
 }
 
-segmentation::ModelSet makeModels(const std::string& path) {
-  segmentation::ModelSet models;
-  models.name = "fuzzed";
-  models.segmenter = models.image_encoder = path;
-  models.segmenter_input_size_px = 64;
-  models.segmenter_score_threshold = 0.25;
-  models.image_encoder_input_size_px = 8;
-  models.embedding_size = 4;
-  return models;
-}
-
-tsg::ColorImage makeImage() {
-  tsg::ColorImage color;
-  color.image = cv::Mat(48, 64, CV_8UC3, cv::Scalar(30, 30, 30));
-  color.image.colRange(10, 30).setTo(cv::Scalar(200, 40, 40));
-  return color;
-}
-
-void segment(const std::string& path) {
-  segmentation::SegmenterConfig config;
-  config.engine.num_threads = 1;
-  config.embed_crop = config.embed_masked_crop = config.embed_image = false;
-  segmentation::Segmenter(makeModels(path), config).segment(makeImage()).validate();
-}
-
-void encode(const std::string& path) {
+/// As a segmenter, then as an image encoder, up to the first run: what a damaged network computes
+/// is ONNX Runtime's to bear, and some loop there for ever.
+void readInput(const std::string& path) {
   segmentation::EngineConfig engine;
   engine.num_threads = 1;
-  segmentation::ImageEncoder(makeModels(path), engine, {})
-      .encode(makeImage(), {}, {{cv::Rect(5, 5, 20, 20), 0}});
-}
-
-/// As a segmenter, then as an encoder.
-void readInput(const std::string& path) {
-  try {
-    segment(path);
-    return;  // no network is both
-  } catch (const segmentation::InferenceError& e) {
-    if (std::string(e.what()).find(path) == std::string::npos) throw;
-  }
-  encode(path);
+  const segmentation::Network network(path, engine);
+  segmentation::explainSegmenterInputs(network.inputs());
+  segmentation::ModelSet models;
+  models.name = "fuzzed";
+  models.image_encoder = path;
+  models.image_encoder_input_size_px = 8;
+  models.embedding_size = 4;
+  const segmentation::ClipTower tower(segmentation::Modality::kImage, models, engine);
+  if (tower.inputSize() <= 0) throw std::logic_error("accepts images without pixels");
 }
 
 bool isEngineThere() {
@@ -84,5 +57,6 @@ bool isEngineThere() {
 
 int main(int argc, char** argv) {
   if (!isEngineThere()) return 0;
-  return fuzz::runFuzzer(argc, argv, fuzz::makeFileReader("network", "network.onnx", make, readInput));
+  return fuzz::runFuzzer(argc, argv,
+                         fuzz::makeFileReader("network", "network.onnx", make, readInput));
 }

@@ -3,15 +3,16 @@
 #include <iterator>
 #include <sstream>
 
-#include "../unit/bottleneck/scene_graph_samples.h"
+#include "../unit/scene_graph/scene_graph_samples.h"
 #include "fuzzer.h"
 #include "task_scene_graph/bottleneck/clustering.h"
-#include "task_scene_graph/bottleneck/scene_graph_file.h"
+#include "task_scene_graph/scene_graph/scene_graph_file.h"
 
 namespace {
 
 namespace fuzz = tsg::fuzz;
 namespace bottleneck = tsg::bottleneck;
+namespace files = tsg::scene_graph;
 using nlohmann::json;
 
 json makeObjectsOnly(json graph) {
@@ -22,11 +23,11 @@ json makeObjectsOnly(json graph) {
 }
 
 std::string make(fuzz::Mutator& mutator) {
-  using bottleneck::FileForm;
+  using files::FileForm;
   static const std::vector<json> corpus = [] {
     std::vector<json> graphs;
     for (const FileForm form : {FileForm::kClio, FileForm::kCurrent}) {
-      graphs.push_back(bottleneck::makeSampleGraph(form, 3));
+      graphs.push_back(files::makeSampleGraph(form, 3));
       graphs.push_back(makeObjectsOnly(graphs.back()));
     }
     return graphs;
@@ -35,7 +36,7 @@ std::string make(fuzz::Mutator& mutator) {
 }
 
 /// Merges whatever touches.
-std::string cluster(bottleneck::SceneGraphFile& file) {
+std::string cluster(files::SceneGraphFile& file) {
   bottleneck::ClusteringConfig config;
   config.delta = 1.0;
   bottleneck::IncrementalClustering clustering(config, bottleneck::Adjacency::kBoxOverlap);
@@ -52,12 +53,12 @@ std::string cluster(bottleneck::SceneGraphFile& file) {
 void readInput(const std::string& path) {
   std::string written;
   {
-    bottleneck::SceneGraphFile file(path, 3);
+    files::SceneGraphFile file(path, 3);
     written = cluster(file);
   }
   fuzz::writeFile(path, written);
   try {
-    const bottleneck::SceneGraphFile again(path, 3);
+    const files::SceneGraphFile again(path, 3);
   } catch (const std::exception& e) {
     throw std::logic_error(std::string("what was written cannot be read again: ") +
                            std::string(e.what()).substr(path.size()));

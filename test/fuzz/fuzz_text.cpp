@@ -13,10 +13,10 @@ namespace fuzz = tsg::fuzz;
 namespace language = tsg::language;
 
 std::string make(fuzz::Mutator& mutator) {
-  static const std::vector<std::string> words{"&amp;",  "&#",    "&#x110000;", "&#xd800;", "&lt",
-                                              "\xc3\x83\xc2\xa9", "\xe2\x80\x8b", "\xed\xa0\x80",
-                                              "\xf4\x90\x80\x80", "\xef\xbf\xbe", "'s", "<|endoftext|>",
-                                              "\xcc\x81", "\xe1\x85\xa1", "&&amp;amp;", "123"};
+  static const std::vector<std::string> words{
+      "&amp;",        "&#",           "&#x110000;",       "&#xd800;",     "&lt", "\xc3\x83\xc2\xa9",
+      "\xe2\x80\x8b", "\xed\xa0\x80", "\xf4\x90\x80\x80", "\xef\xbf\xbe", "'s",  "<|endoftext|>",
+      "\xcc\x81",     "\xe1\x85\xa1", "&&amp;amp;",       "123"};
   std::string text = mutator.pickFrom(std::vector<std::string>{
       "Wash the dishes &amp; dry them", "na\xc3\xafve caf\xc3\xa9, it's 3 o'clock",
       "\xe6\xb4\x97\xe7\xa2\x97 \xf0\x9f\xa4\x96", "&#65;&#x42;&nbsp;&eacute;"});

@@ -10,8 +10,8 @@ namespace {
 namespace fuzz = tsg::fuzz;
 
 std::string make(fuzz::Mutator& mutator) {
-  static const std::vector<std::string> words{"#", "\n", " ", ",", "\r\n", "\t", "nan", "0x1p3",
-                                              "\xff"};
+  static const std::vector<std::string> words{"#",  "\n",  " ",     ",",   "\r\n",
+                                              "\t", "nan", "0x1p3", "\xff"};
   std::string text =
       "# timestamp tx ty tz qx qy qz qw\n1305031102.175304 1.3405 0.6266 1.6575 0.6574 0.6126 "
       "-0.2949 -0.3248\n1305031102.211214 1.3303 0.6256 1.6464 0.6579 0.6161 -0.2932 -0.3189\n"

@@ -167,9 +167,7 @@ class Fuzzer {
     }
   }
 
-  void readGiven(const fs::path& path) {
-    readOne(path.filename().string(), readFile(path));
-  }
+  void readGiven(const fs::path& path) { readOne(path.filename().string(), readFile(path)); }
 
   void readOne(const std::string& label, const std::string& input) {
     const std::string path =
@@ -215,9 +213,9 @@ class Fuzzer {
   void printSummary(std::chrono::steady_clock::duration time) const {
     using Seconds = std::chrono::duration<double>;
     std::cout << "fuzz_" << reader_.name << ": " << num_read_ << " inputs (" << num_accepted_
-              << " accepted), " << findings_.size() << " findings, "
-              << Seconds(time).count() << " s, slowest " << Seconds(slowest_).count()
-              << " s, memory at most " << measurePeak_kB() / 1000 << " MB\n";
+              << " accepted), " << findings_.size() << " findings, " << Seconds(time).count()
+              << " s, slowest " << Seconds(slowest_).count() << " s, memory at most "
+              << measurePeak_kB() / 1000 << " MB\n";
   }
 
   void writeResult() const {

@@ -81,11 +81,32 @@ class FieldChanger {
     }
   }
   void changeText(std::string& text) {
-    static const std::vector<std::string> texts{
-        "",         "/",      "map",    "8UC3",    "8UC5",      "16UC1", "mono16",   "32FC1",
-        "64FC1",    "bgr8",   "rgba8",  "8UC",     "32SC2",     "jpeg",  "png",      "rvl",
-        "plumb_bob", "fisheye", "rational_polynomial", "bayer_rggb8", "yuv422",
-        "32FC1; compressedDepth rvl", "16UC1; compressedDepth png", "\xff", "world", "camera"};
+    static const std::vector<std::string> texts{"",
+                                                "/",
+                                                "map",
+                                                "8UC3",
+                                                "8UC5",
+                                                "16UC1",
+                                                "mono16",
+                                                "32FC1",
+                                                "64FC1",
+                                                "bgr8",
+                                                "rgba8",
+                                                "8UC",
+                                                "32SC2",
+                                                "jpeg",
+                                                "png",
+                                                "rvl",
+                                                "plumb_bob",
+                                                "fisheye",
+                                                "rational_polynomial",
+                                                "bayer_rggb8",
+                                                "yuv422",
+                                                "32FC1; compressedDepth rvl",
+                                                "16UC1; compressedDepth png",
+                                                "\xff",
+                                                "world",
+                                                "camera"};
     if (mutator_.isOneIn(3)) {
       mutator_.mutateBytes(texts, text);
     } else {

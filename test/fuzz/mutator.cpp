@@ -59,14 +59,16 @@ const std::vector<std::string>& listNumbers() {
 /// What YAML readers take for something else than a word.
 const std::vector<std::string>& listYamlValues() {
   static const std::vector<std::string> values{
-      "",          "~",          "''",        "\"\"",    "true",
-      "[]",        "{}",         "[1, 2, 3]", "[1, [2]", "[[[[1]]]]",
-      "{a: b}",    "{a: {b: c}", "&a 1",      "*a",      "&a [*a]",
-      "&a {b: *a}", "!!int x",   "!!binary =", "|",      ">-",
-      "@x",        "%x",         "`",         "'x",      "\"\\xff\"",
-      "\"\\u0000\"", "\xc3\x28", "\xef\xbb\xbf", "- - - x", "? x",
-      "${HOME}",   "$NO_SUCH",   "~nobody/x", "/",       "/dev/null",
-      "..",        "file:///x",  "http://x"};
+      "",          "~",           "''",        "\"\"",
+      "true",      "[]",          "{}",        "[1, 2, 3]",
+      "[1, [2]",   "[[[[1]]]]",   "{a: b}",    "{a: {b: c}",
+      "&a 1",      "*a",          "&a [*a]",   "&a {b: *a}",
+      "!!int x",   "!!binary =",  "|",         ">-",
+      "@x",        "%x",          "`",         "'x",
+      "\"\\xff\"", "\"\\u0000\"", "\xc3\x28",  "\xef\xbb\xbf",
+      "- - - x",   "? x",         "${HOME}",   "$NO_SUCH",
+      "~nobody/x", "/",           "/dev/null", "..",
+      "file:///x", "http://x"};
   return values;
 }
 
@@ -171,8 +173,8 @@ void Mutator::nest(std::string& text) {
 
 void Mutator::replaceNumber(std::string& text) {
   const auto isDigit = [](unsigned char c) { return std::isdigit(c) != 0; };
-  const auto begin =
-      std::find_if(text.begin() + static_cast<std::ptrdiff_t>(pick(text.size())), text.end(), isDigit);
+  const auto begin = std::find_if(text.begin() + static_cast<std::ptrdiff_t>(pick(text.size())),
+                                  text.end(), isDigit);
   const auto end = std::find_if_not(begin, text.end(), isDigit);
   text.replace(begin, end, pickNumber());
 }
@@ -289,8 +291,8 @@ void Mutator::mutateJson(json& root) {
 }
 
 std::string makeJson(Mutator& mutator, json root) {
-  static const std::vector<std::string> words{"NaN", "-Infinity", "[",    "]",    "{",      "}",
-                                              "\"",  ",",         ":",    "null", "\\ud800", "\\",
+  static const std::vector<std::string> words{"NaN", "-Infinity", "[",    "]",      "{",       "}",
+                                              "\"",  ",",         ":",    "null",   "\\ud800", "\\",
                                               "\n",  "\xff",      "/**/", "\"id\":"};
   const bool is_text = mutator.isOneIn(3);
   if (!is_text) mutator.mutateJson(root);
@@ -300,10 +302,10 @@ std::string makeJson(Mutator& mutator, json root) {
 }
 
 std::string makeYaml(Mutator& mutator, std::string text) {
-  static const std::vector<std::string> words{"&a ", "*a",  "<<: ", "!!str ", "---\n", "...\n",
-                                              "? ",  ": ",  "- ",   "|\n",    ">\n",   "\t",
-                                              "[",   "]",   "{",    "}",      "\"",    "'",
-                                              "#",   "%",   "\xff", ", ",     "\r\n",  "\xef\xbb\xbf"};
+  static const std::vector<std::string> words{
+      "&a ", "*a",  "<<: ", "!!str ", "---\n", "...\n", "? ",   ": ",
+      "- ",  "|\n", ">\n",  "\t",     "[",     "]",     "{",    "}",
+      "\"",  "'",   "#",    "%",      "\xff",  ", ",    "\r\n", "\xef\xbb\xbf"};
   if (mutator.isOneIn(3)) {
     mutator.mutateBytes(words, text);
   } else {

@@ -24,7 +24,8 @@ std::filesystem::path expandPath(const std::string& text, const std::filesystem:
 void requireFile(const std::string& what, const std::filesystem::path& path);
 
 /// Writes a file so that it is there whole or not at all: `write` fills a temporary file in the
-/// same folder, which is flushed to the disk and renamed to `path`. Parent folders are made.
+/// same folder, which is flushed to the disk and renamed to `path`. Parent folders are made, and
+/// temporary files of `path` removed whose process is no more (it was killed while it wrote).
 /// @throws std::runtime_error naming the path and the system's reason; the temporary file is
 /// removed.
 void writeFileAtomically(const std::filesystem::path& path,

@@ -32,6 +32,10 @@ msg::Mesh toMessage(const Mesh& mesh);
 
 /// @throws InputError for a broken mesh.
 ObjectPrimitivePtr fromMessage(const msg::ObjectPrimitive& message);
+/// All of a message. @throws InputError naming `topic` and the primitive that is broken: its mesh,
+/// thumbnail, or a box's rotation.
+std::vector<ObjectPrimitivePtr> fromMessage(const msg::ObjectPrimitives& message,
+                                            const std::string& topic);
 msg::ObjectPrimitive toMessage(const ObjectPrimitive& primitive);
 msg::ObjectPrimitivesPtr toMessage(const std::vector<ObjectPrimitivePtr>& primitives, Stamp stamp,
                                    const std::string& world_frame);
@@ -39,6 +43,9 @@ msg::ObjectPrimitivesPtr toMessage(const std::vector<ObjectPrimitivePtr>& primit
 msg::Place toMessage(const Place& place);
 msg::PlaceEdge toMessage(const PlaceEdge& edge);
 PlaceGraphPtr fromMessage(const msg::PlaceGraph& message);
+/// The same, checked. @throws InputError naming `topic` and the place whose position or clearance
+/// is not finite.
+PlaceGraphPtr fromMessage(const msg::PlaceGraph& message, const std::string& topic);
 msg::PlaceGraphPtr toMessage(const PlaceGraph& graph, const std::string& world_frame);
 
 }  // namespace tsg::ros_interface

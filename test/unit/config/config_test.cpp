@@ -250,6 +250,11 @@ TEST(Config, WhatAServerHasTypedIsNoString) {
   }
 }
 
+TEST(Config, ControlCharactersInValuesDoNotEndTheMessage) {
+  const std::string error = errorOf("length_m: \"1\\0 2\"");
+  EXPECT_NE(error.find("is '1\\x00 2', expected"), std::string::npos) << error;
+}
+
 TEST(Config, TopLevelNamesAreListed) {
   EXPECT_EQ(listNames<Outer>(), (std::vector<std::string>{"file", "gains", "words", "length_m",
                                                           "enabled", "name", "colour", "inner"}));
@@ -273,6 +278,46 @@ TEST(YamlFile, ErrorsNameTheFileAndTheLine) {
   std::ofstream(path) << "a: 1\n---\na: 2\n";
   EXPECT_NE(errorOfFile(path).find("2 documents"), std::string::npos);
   EXPECT_NE(errorOfFile(folder.path()).find("is a folder"), std::string::npos);
+}
+
+TEST(YamlFile, ACommaWhereADocumentBeginsIsRefusedByName) {
+  const test::TemporaryFolder folder;
+  const auto path = folder.path() / "x.yaml";
+  for (const char* text : {", a\n- b\n", ",", "] a\n"}) {
+    std::ofstream(path) << text;
+    EXPECT_NE(errorOfFile(path).find(path.string()), std::string::npos) << text;
+  }
+}
+
+TEST(YamlFile, AliasesWithoutEndAreRefusedByName) {
+  const test::TemporaryFolder folder;
+  const auto path = folder.path() / "x.yaml";
+  for (const char* text : {"a: &a [*a]\n", "a: &a {b: *a}\n", "a: &a {? *a : 1}\n"}) {
+    std::ofstream(path) << text;
+    const std::string error = errorOfFile(path);
+    EXPECT_NE(error.find(path.string()), std::string::npos) << text << error;
+    EXPECT_NE(error.find("alias"), std::string::npos) << text << error;
+  }
+}
+
+TEST(YamlFile, AliasesThatStandForBillionsAreRefusedByName) {
+  const test::TemporaryFolder folder;
+  const auto path = folder.path() / "x.yaml";
+  std::ofstream file(path);
+  file << "a0: &a0 1\n";
+  for (int i = 1; i <= 30; ++i) {
+    const std::string before = "*a" + std::to_string(i - 1);
+    file << "a" << i << ": &a" << i << " [" << before << ", " << before << ", " << before << "]\n";
+  }
+  file.close();
+  EXPECT_NE(errorOfFile(path).find(path.string()), std::string::npos);
+  EXPECT_NE(errorOfFile(path).find("aliases (*) stand for more than"), std::string::npos);
+}
+
+TEST(YamlFile, AliasesOfOneValueAreFine) {
+  const test::TemporaryFolder folder;
+  std::ofstream(folder.path() / "x.yaml") << "a: &a [1, 2]\nb: *a\n";
+  EXPECT_EQ(loadYamlFile((folder.path() / "x.yaml").string())["b"][1].as<int>(), 2);
 }
 
 TEST(YamlFile, AnEmptyFileHoldsNothing) {

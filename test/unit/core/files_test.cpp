@@ -2,6 +2,8 @@
 #include "task_scene_graph/core/files.h"
 
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <fstream>
@@ -47,6 +49,32 @@ TEST(AtomicFile, AFailedWriteLeavesTheOldFile) {
   EXPECT_THROW(writeFileAtomically(path, failing), std::runtime_error);
   EXPECT_EQ(readFile(path), "old");
   EXPECT_EQ(countFiles(folder.path()), 1U);
+}
+
+/// Of a process that has just ended.
+pid_t findDeadProcess() {
+  const pid_t pid = fork();
+  if (pid == 0) _exit(0);
+  waitpid(pid, nullptr, 0);
+  return pid;
+}
+
+TEST(AtomicFile, TemporaryFilesOfDeadProcessesAreRemovedAtTheNextWrite) {
+  const test::TemporaryFolder folder;
+  const auto path = folder.path() / "map.json";
+  const auto left = [&](const std::string& ending) {
+    std::ofstream(path.string() + ending) << "left";
+    return path.string() + ending;
+  };
+  const std::string of_dead = left(".tmp" + std::to_string(findDeadProcess()));
+  const std::vector<std::string> kept = {left(".tmp1"), left(".tmp"), left(".tmpx"),
+                                         left(".tmp99999999999999999999")};
+  const auto of_other = folder.path() / ("other.json.tmp" + std::to_string(findDeadProcess()));
+  std::ofstream(of_other) << "left";
+  writeFileAtomically(path, [](std::ostream& out) { out << "new"; });
+  EXPECT_FALSE(fs::exists(of_dead));
+  for (const auto& name : kept) EXPECT_TRUE(fs::exists(name)) << name;
+  EXPECT_TRUE(fs::exists(of_other));
 }
 
 TEST(AtomicFile, ErrorNamesThePath) {

@@ -65,6 +65,21 @@ TEST(Intrinsics, OnlyDistortedImagesAreRectified) {
   EXPECT_EQ(toIntrinsics(info, kSize, Rectification::kDone, "/info").rectification, nullptr);
 }
 
+TEST(Intrinsics, TheMatrixInUseMustBeWholeAlsoWhereTheOtherOneIs) {
+  sensor_msgs::CameraInfo info = makeInfo();
+  info.P = {40, 0, 30, 0, 0, 41, 22, 0, 0, 0, 1, 0};
+  info.K[4] = 0.0;
+  EXPECT_NO_THROW(toIntrinsics(info, kSize, Rectification::kDone, "/my/info"));
+  info.D = {0.1, 0.0, 0.0, 0.0, 0.0};
+  try {
+    toIntrinsics(info, kSize, Rectification::kIgnored, "/my/info");
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("/my/info"), std::string::npos) << e.what();
+    EXPECT_NE(std::string(e.what()).find("fy"), std::string::npos) << e.what();
+  }
+}
+
 /// A point seen through the lens lands where the rectified camera sees it.
 void expectRectifies(const sensor_msgs::CameraInfo& info, bool is_fisheye) {
   const Intrinsics intrinsics = toIntrinsics(info, kSize, Rectification::kWanted, "/info");

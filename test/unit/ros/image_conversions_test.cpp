@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <boost/make_shared.hpp>
 #include <boost/weak_ptr.hpp>
 #include <limits>
@@ -100,6 +101,19 @@ TEST(DepthConversion, MillimetresAndMetresGiveTheSameDepth) {
   EXPECT_TRUE(isShared(toDepthImage(metres, "/depth").image, *metres));
   millimetres->encoding = "mono16";
   EXPECT_FLOAT_EQ(toDepthImage(millimetres, "/depth").at(0, 0), 1.5F);
+}
+
+TEST(DepthConversion, BigEndianImagesComeRight) {
+  auto millimetres = toImageMessage(cv::Mat(4, 6, CV_16UC1, cv::Scalar(0x0102)), "16UC1", {5}, "");
+  millimetres->is_bigendian = 1;
+  EXPECT_FLOAT_EQ(toDepthImage(millimetres, "/depth").at(5, 3), 0.513F);  // 0x0201 mm
+  auto metres = toImageMessage(cv::Mat(4, 6, CV_32FC1), "32FC1", {5}, "");
+  metres->is_bigendian = 1;
+  for (std::size_t i = 0; i < metres->data.size(); i += 4) {
+    const std::uint8_t two_and_a_half[] = {0x40, 0x20, 0x00, 0x00};
+    std::copy_n(two_and_a_half, 4, &metres->data[i]);
+  }
+  EXPECT_EQ(toDepthImage(metres, "/depth").at(5, 3), 2.5F);
 }
 
 TEST(DepthConversion, WrongEncodingIsNamedWithTheTopic) {

@@ -6,6 +6,8 @@
 
 #include <boost/make_shared.hpp>
 #include <boost/weak_ptr.hpp>
+#include <cmath>
+#include <limits>
 #include <random>
 
 #include "task_scene_graph/ros/geometry_conversions.h"
@@ -217,6 +219,35 @@ TEST(PrimitiveConversion, TriangleWithoutVertexIsAnError) {
   message.mesh.triangles[4] = 1000;
   const std::string error = messageOf([&] { fromMessage(message); });
   EXPECT_NE(error.find("vertex 1000"), std::string::npos) << error;
+}
+
+TEST(PrimitiveConversion, WhatIsBrokenIsNamedWithTheTopic) {
+  Random random(8);
+  const auto message = toMessage({makePrimitive(random, 1), makePrimitive(random, 7)}, {5}, "world");
+  EXPECT_EQ(fromMessage(*message, "/my/objects").size(), 2U);
+  auto bad_mesh = *message;
+  bad_mesh.primitives[1].mesh.vertices.pop_back();
+  auto bad_turn = *message;
+  bad_turn.primitives[1].box.pose.orientation.w = std::nan("");
+  for (const auto& bad : {bad_mesh, bad_turn}) {
+    const std::string error = messageOf([&] { fromMessage(bad, "/my/objects"); });
+    EXPECT_NE(error.find("object primitive 7 on /my/objects"), std::string::npos) << error;
+  }
+}
+
+TEST(PlaceConversion, PlacesThatAreNowhereAreNamedWithTheTopic) {
+  msg::PlaceGraph good;
+  good.places.resize(2);
+  good.places[1].id = 9;
+  EXPECT_EQ(fromMessage(good, "/my/places")->places.size(), 2U);
+  auto nowhere = good;
+  nowhere.places[1].position.y = std::nan("");
+  auto boundless = good;
+  boundless.places[1].clearance = std::numeric_limits<float>::infinity();
+  for (const auto& bad : {nowhere, boundless}) {
+    const std::string error = messageOf([&] { fromMessage(bad, "/my/places"); });
+    EXPECT_NE(error.find("place 9 on /my/places"), std::string::npos) << error;
+  }
 }
 
 TEST(PlaceConversion, SurvivesTheWire) {

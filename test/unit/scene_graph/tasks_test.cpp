@@ -70,6 +70,10 @@ TEST_F(Tasks, NamesComeWithTheirEmbeddings) {
   EXPECT_EQ(tasks.embeddings, expected);
 }
 
+TEST_F(Tasks, NamesThatAreNotUtf8AreNamedByNumber) {
+  expectError("- wash\n- caf\xe9\n", {"task 2", "not valid UTF-8", "convert the file"});
+}
+
 TEST_F(Tasks, NothingInTheFileIsAnEmptyList) {
   for (const char* text : {"", "# only a comment\n", "[]", "{}", "tasks: []\n", "tasks:\n"}) {
     EXPECT_EQ(loadTasks(write(text)).size(), 0U) << text;
