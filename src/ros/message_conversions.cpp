@@ -11,6 +11,14 @@
 namespace tsg::ros_interface {
 namespace {
 
+// No map is so large; single precision, which files and meshes have, can hold it.
+constexpr double kFarthest_m = 1e9;
+
+/// Also for NaN.
+bool isFar(const Eigen::Vector3d& position_m) {
+  return !(position_m.cwiseAbs().maxCoeff() <= kFarthest_m) || position_m.hasNaN();
+}
+
 /// Track and ObjectPrimitive carry the same fields.
 template <typename Message>
 ViewStatistics toViews(const Message& message) {
@@ -160,6 +168,10 @@ std::vector<ObjectPrimitivePtr> fromMessage(const msg::ObjectPrimitives& message
   for (const auto& primitive : message.primitives) {
     try {
       primitives.push_back(fromMessage(primitive));
+      const Aabb& box = primitives.back()->box;
+      if (!box.isEmpty() && (isFar(box.min()) || isFar(box.max()))) {
+        throw InputError("its box is not finite, or reaches beyond 1e9 m");
+      }
     } catch (const std::exception& e) {
       throw InputError("object primitive " + std::to_string(primitive.id) + " on " + topic + ": " +
                        e.what());
@@ -229,9 +241,9 @@ PlaceGraphPtr fromMessage(const msg::PlaceGraph& message) {
 
 PlaceGraphPtr fromMessage(const msg::PlaceGraph& message, const std::string& topic) {
   for (const auto& place : message.places) {
-    if (toVector(place.position).allFinite() && std::isfinite(place.clearance)) continue;
+    if (!isFar(toVector(place.position)) && std::isfinite(place.clearance)) continue;
     throw InputError("place " + std::to_string(place.id) + " on " + topic +
-                     " has a position or clearance that is not finite");
+                     " has a position or clearance that is not finite, or beyond 1e9 m");
   }
   return fromMessage(message);
 }

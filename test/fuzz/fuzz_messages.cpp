@@ -216,7 +216,7 @@ void readOne(char type, const std::string& bytes) {
   if (type == 's') {
     ros_interface::fromMessage(fuzz::fromBytes<msg::Segmentation>(bytes), kTopic);
   } else if (type == 't') {
-    ros_interface::toMessage(ros_interface::fromMessage(*fuzz::fromBytes<msg::Tracks>(bytes)), "");
+    ros_interface::fromMessage(*fuzz::fromBytes<msg::Tracks>(bytes));
   } else if (type == 'o') {
     readPrimitives(*fuzz::fromBytes<msg::ObjectPrimitives>(bytes));
   } else if (type == 'p') {

@@ -33,7 +33,7 @@ msg::Mesh toMessage(const Mesh& mesh);
 /// @throws InputError for a broken mesh.
 ObjectPrimitivePtr fromMessage(const msg::ObjectPrimitive& message);
 /// All of a message. @throws InputError naming `topic` and the primitive that is broken: its mesh,
-/// thumbnail, or a box's rotation.
+/// thumbnail, a box's rotation, or a box that is not finite or reaches beyond 1e9 m.
 std::vector<ObjectPrimitivePtr> fromMessage(const msg::ObjectPrimitives& message,
                                             const std::string& topic);
 msg::ObjectPrimitive toMessage(const ObjectPrimitive& primitive);
@@ -44,7 +44,7 @@ msg::Place toMessage(const Place& place);
 msg::PlaceEdge toMessage(const PlaceEdge& edge);
 PlaceGraphPtr fromMessage(const msg::PlaceGraph& message);
 /// The same, checked. @throws InputError naming `topic` and the place whose position or clearance
-/// is not finite.
+/// is not finite, or beyond 1e9 m.
 PlaceGraphPtr fromMessage(const msg::PlaceGraph& message, const std::string& topic);
 msg::PlaceGraphPtr toMessage(const PlaceGraph& graph, const std::string& world_frame);
 

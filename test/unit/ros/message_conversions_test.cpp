@@ -229,7 +229,9 @@ TEST(PrimitiveConversion, WhatIsBrokenIsNamedWithTheTopic) {
   bad_mesh.primitives[1].mesh.vertices.pop_back();
   auto bad_turn = *message;
   bad_turn.primitives[1].box.pose.orientation.w = std::nan("");
-  for (const auto& bad : {bad_mesh, bad_turn}) {
+  auto far = *message;
+  far.primitives[1].box.pose.position.x = 1e300;
+  for (const auto& bad : {bad_mesh, bad_turn, far}) {
     const std::string error = messageOf([&] { fromMessage(bad, "/my/objects"); });
     EXPECT_NE(error.find("object primitive 7 on /my/objects"), std::string::npos) << error;
   }
@@ -244,7 +246,9 @@ TEST(PlaceConversion, PlacesThatAreNowhereAreNamedWithTheTopic) {
   nowhere.places[1].position.y = std::nan("");
   auto boundless = good;
   boundless.places[1].clearance = std::numeric_limits<float>::infinity();
-  for (const auto& bad : {nowhere, boundless}) {
+  auto far = good;
+  far.places[1].position.z = -1e10;
+  for (const auto& bad : {nowhere, boundless, far}) {
     const std::string error = messageOf([&] { fromMessage(bad, "/my/places"); });
     EXPECT_NE(error.find("place 9 on /my/places"), std::string::npos) << error;
   }
