@@ -2,6 +2,7 @@
 #include "task_scene_graph/mapping/frame_buffer.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "task_scene_graph/config/config.h"
 
@@ -19,10 +20,38 @@ std::size_t countBytes(const SegmentedFrame& images) {
   return bytes;
 }
 
+/// Keeps a frame and its segmentation, and is counted as long as anybody has one of them.
+struct CountedFrame {
+  CountedFrame(SegmentedFrame the_images, std::shared_ptr<std::atomic<std::size_t>> the_alive)
+      : images(std::move(the_images)), bytes(countBytes(images)), alive(std::move(the_alive)) {
+    *alive += bytes;
+  }
+  ~CountedFrame() { *alive -= bytes; }
+  CountedFrame(const CountedFrame&) = delete;
+  CountedFrame& operator=(const CountedFrame&) = delete;
+
+  const SegmentedFrame images;
+  const std::size_t bytes;
+  const std::shared_ptr<std::atomic<std::size_t>> alive;
+};
+
+/// The same images; each pointer keeps the count.
+SegmentedFrame countAlive(SegmentedFrame images,
+                          const std::shared_ptr<std::atomic<std::size_t>>& alive) {
+  const auto counted = std::make_shared<const CountedFrame>(std::move(images), alive);
+  return {RgbdFramePtr(counted, counted->images.frame.get()),
+          SegmentationPtr(counted, counted->images.segmentation.get())};
+}
+
 }  // namespace
 
 FrameBuffer::FrameBuffer(const FrameBufferConfig& config)
-    : max_bytes_(static_cast<std::size_t>(config.max_megabytes) * 1000000U) {
+    : FrameBuffer(config, std::make_shared<std::atomic<std::size_t>>(0)) {}
+
+FrameBuffer::FrameBuffer(const FrameBufferConfig& config,
+                         std::shared_ptr<std::atomic<std::size_t>> alive)
+    : max_bytes_(static_cast<std::size_t>(config.max_megabytes) * 1000000U),
+      alive_(std::move(alive)) {
   config::validate(config, "frame buffer");
 }
 
@@ -40,7 +69,7 @@ void FrameBuffer::addSegmentation(const SegmentationPtr& segmentation) {
     ++counters_.unknown_segmentations;
     return;
   }
-  entry->second.images.segmentation = segmentation;
+  entry->second.images = countAlive({entry->second.images.frame, segmentation}, alive_);
   setBytes(entry->second);
   evictWhileFull();
 }
@@ -98,10 +127,14 @@ void FrameBuffer::setBytes(Entry& entry) {
 }
 
 void FrameBuffer::evictWhileFull() {
-  while (counters_.bytes > max_bytes_ && entries_.size() > 1) {
-    erase(entries_.begin());
-    ++counters_.evicted;
-  }
+  while (counters_.bytes > max_bytes_ && entries_.size() > 1) evictOldest();
+}
+
+bool FrameBuffer::evictOldest() {
+  if (entries_.empty()) return false;
+  erase(entries_.begin());
+  ++counters_.evicted;
+  return true;
 }
 
 }  // namespace tsg::mapping

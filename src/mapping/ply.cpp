@@ -72,13 +72,4 @@ void writePly(const fs::path& path, const Mesh& mesh, const std::vector<std::int
   write(path, mesh, &object_ids, frame);
 }
 
-std::size_t countPlyVertices(const fs::path& path) {
-  const std::string element = "element vertex ";
-  std::ifstream file(path, std::ios::binary);
-  for (std::string line; line != "end_header" && std::getline(file, line);) {
-    if (line.rfind(element, 0) == 0) return std::stoul(line.substr(element.size()));
-  }
-  throw std::runtime_error("'" + path.string() + "' is no PLY file");
-}
-
 }  // namespace tsg::mapping

@@ -36,31 +36,45 @@ ReconstructionPool::~ReconstructionPool() {
   for (auto& thread : threads_) thread.join();
 }
 
-void ReconstructionPool::submit(Track track, std::vector<SegmentedFrame> frames) {
+void ReconstructionPool::submit(Track track, std::vector<SegmentedFrame> frames,
+                                bool is_provisional) {
   std::unique_lock<std::mutex> lock(mutex_);
   changed_.wait(lock, [this] { return pending_ < max_pending_; });
-  jobs_.push_back({std::move(track), std::move(frames), {}, false});
+  jobs_.push_back({std::move(track), std::move(frames), {}, is_provisional, false});
   ++pending_;
   changed_.notify_all();
 }
 
-std::vector<ReconstructionResult> ReconstructionPool::take() {
+std::vector<PooledResult> ReconstructionPool::take() {
   const std::lock_guard<std::mutex> lock(mutex_);
-  std::vector<ReconstructionResult> results;
+  std::vector<PooledResult> results;
   while (!jobs_.empty() && jobs_.front().is_done) {
-    results.push_back(std::move(jobs_.front().result));
+    Job& job = jobs_.front();
+    results.push_back(
+        {std::move(job.result), job.track.id, job.track.observations.size(), job.is_provisional});
     jobs_.pop_front();
     --started_;
   }
   return results;
 }
 
-std::vector<ReconstructionResult> ReconstructionPool::takeAll() {
+std::vector<PooledResult> ReconstructionPool::takeAll() {
   {
     std::unique_lock<std::mutex> lock(mutex_);
     changed_.wait(lock, [this] { return pending_ == 0; });
   }
   return take();
+}
+
+void ReconstructionPool::waitForProgress(std::chrono::milliseconds timeout) {
+  std::unique_lock<std::mutex> lock(mutex_);
+  const std::uint64_t done = num_done_;
+  changed_.wait_for(lock, timeout, [&] { return pending_ == 0 || num_done_ != done; });
+}
+
+std::uint64_t ReconstructionPool::numDone() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return num_done_;
 }
 
 std::size_t ReconstructionPool::numPending() const {
@@ -83,6 +97,7 @@ void ReconstructionPool::work() {
     job.result = std::move(result);
     job.is_done = true;
     --pending_;
+    ++num_done_;
     changed_.notify_all();
   }
 }

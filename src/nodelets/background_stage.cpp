@@ -101,8 +101,11 @@ void BackgroundStage::check() {
   report_.set("views that wait for the places", std::to_string(places_.numWaitingViews()));
 }
 
-bool BackgroundStage::flush(std::chrono::steady_clock::time_point deadline) {
-  bool is_done = worker_.waitIdle(deadline);
+std::vector<std::string> BackgroundStage::flush(const ros_interface::Patience& patience) {
+  std::vector<std::string> missing;
+  if (!worker_.waitHandled(patience)) {
+    missing.push_back(std::to_string(worker_.size()) + " frames are not yet integrated");
+  }
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (newest_frame_ != Stamp{}) {
@@ -110,10 +113,14 @@ bool BackgroundStage::flush(std::chrono::steady_clock::time_point deadline) {
       requestPlaces();
     }
   }
-  is_done &= places_.waitIdle(deadline);
-  is_done &= mesh_publisher_.waitIdle(deadline);
-  if (occupancy_) is_done &= occupancy_->flush(deadline);
-  return is_done;
+  if (!places_.waitIdle(patience.deadline)) missing.push_back("the places are still at work");
+  if (!mesh_publisher_.waitIdle(patience.deadline)) {
+    missing.push_back("the mesh is still being published");
+  }
+  if (occupancy_ && !occupancy_->flush(patience.deadline)) {
+    missing.push_back("frames are not yet in the occupancy map");
+  }
+  return missing;
 }
 
 void BackgroundStage::reset() {

@@ -4,7 +4,6 @@
 #include <ros/node_handle.h>
 
 #include <atomic>
-#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -56,9 +55,9 @@ class BackgroundStage {
 
   /// About once a second: lines of the diagnostics.
   void check();
-  /// Waits until all is integrated and published, due or not. False if the deadline passes first;
-  /// what is done by then is published.
-  bool flush(std::chrono::steady_clock::time_point deadline);
+  /// Waits until what waits now is integrated and published, due or not; what is done when patience
+  /// ends is published. @returns what is missing, one line each.
+  std::vector<std::string> flush(const ros_interface::Patience& patience);
   /// Begins anew: drops what waits, clears volumes, mesh, places and occupancy map, and tells
   /// subscribers. Frames added from now on are of the new map.
   void reset();
@@ -67,8 +66,8 @@ class BackgroundStage {
 
   /// Stamp of the newest integrated frame; 0 if there is none.
   Stamp newestFrame() const;
-  /// Stamp of the newest place graph that was published; 0 if there is none.
-  Stamp newestPlaces() const { return places_.newest(); }
+  /// Number of the newest place graph that was published; 0 if there is none.
+  std::uint64_t placeSequence() const { return places_.sequence(); }
 
   /// Writes `mesh.ply` with the given objects, and the occupancy map's files, as of now.
   /// @throws as pipeline::writeMeshFile() and pipeline::writeOccupancyFiles().

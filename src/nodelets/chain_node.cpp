@@ -32,6 +32,6 @@ int main(int argc, char** argv) {
   const bool is_recorded = std::any_of(
       argv, argv + argc, [](const char* word) { return std::string(word) == kRecorded; });
   if (is_recorded) nodelets.erase(nodelets.begin());
-  return tsg::ros_interface::runNodelets(argc, argv, {"task_scene_graph", kUsage, nodelets},
+  return tsg::ros_interface::runNodelets(argc, argv, {"task_scene_graph", kUsage, nodelets, true},
                                          {kRecorded});
 }

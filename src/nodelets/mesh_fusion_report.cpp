@@ -21,7 +21,8 @@ void reportObjects(const pipeline::ObjectFusion& objects, ros_interface::StageRe
   }
   report.set("tracks that wait for reconstruction", std::to_string(objects.numPending()));
   report.set("frames evicted from the full frame buffer",
-             std::to_string(objects.frames().counters().evicted));
+             std::to_string(objects.frameCounters().evicted));
+  report.set("MB of frames kept for objects", std::to_string(objects.aliveBytes() / 1000000U));
 }
 
 }  // namespace tsg::nodelets

@@ -71,11 +71,6 @@ void PlacesStage::stop() {
   if (thread_.joinable()) thread_.join();
 }
 
-Stamp PlacesStage::newest() const {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return newest_;
-}
-
 std::size_t PlacesStage::numWaitingViews() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return work_.views.size();
@@ -124,9 +119,11 @@ void PlacesStage::publish(const PlaceGraph& graph, std::uint64_t num_clears) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (num_clears != num_clears_) return;  // a graph of what is gone
-    newest_ = graph.stamp;
   }
-  publisher_.publish(ros_interface::toMessage(graph, options_.world_frame));
+  const msg::PlaceGraphPtr message = ros_interface::toMessage(graph, options_.world_frame);
+  message->sequence = sequence_ + 1;
+  publisher_.publish(message);
+  ++sequence_;
   report_.set("places", std::to_string(graph.places.size()));
 }
 

@@ -3,6 +3,7 @@
 
 #include <ros/node_handle.h>
 
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
@@ -49,8 +50,8 @@ class PlacesStage {
   /// Drops what waits and joins the thread.
   void stop();
 
-  /// Stamp of the newest graph that was published; 0 if there is none.
-  Stamp newest() const;
+  /// Number of the newest graph that was published, from 1; 0 if there is none.
+  std::uint64_t sequence() const { return sequence_; }
   std::size_t numWaitingViews() const;
 
  private:
@@ -86,7 +87,7 @@ class PlacesStage {
   std::condition_variable changed_;
   Work work_;
   std::uint64_t num_clears_ = 0;
-  Stamp newest_;
+  std::atomic<std::uint64_t> sequence_{0};
   bool is_busy_ = false;
   bool is_stopped_ = false;
   std::thread thread_;

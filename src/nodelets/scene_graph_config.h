@@ -41,7 +41,7 @@ struct SceneGraphNodeletConfig {
     v.field("with_embeddings", self.with_embeddings, {}, "",
             "put embeddings into the message scene_graph");
     v.field("upstream", self.upstream, {}, "",
-            "stages that save_map finishes first, in order (those that are not there are passed "
+            "stages that save_map flushes first, in order (those that are not there are passed "
             "over)");
     v.field("patience_s", self.patience_s, {0.1, 3600.0}, "s",
             "a topic that is silent for so long (wall time) is named in a warning");

@@ -9,5 +9,5 @@ int main(int argc, char** argv) {
       "docs/parameters.md or `rosrun task_scene_graph list_parameters` lists them, docs/\n"
       "ros_interface.md the topics. launch/task_scene_graph.launch starts all stages.\n";
   return tsg::ros_interface::runNodelets(
-      argc, argv, {"scene_graph", kUsage, {{"task_scene_graph/SceneGraph", ""}}});
+      argc, argv, {"scene_graph", kUsage, {{"task_scene_graph/SceneGraph", ""}}, true});
 }

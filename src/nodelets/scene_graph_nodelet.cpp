@@ -3,6 +3,7 @@
 #include <task_scene_graph/SceneGraphTuningConfig.h>
 #include <visualization_msgs/MarkerArray.h>
 
+#include <atomic>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -11,14 +12,13 @@
 
 #include "chain_config.h"
 #include "stage_nodelet.h"
-#include "task_scene_graph/mapping/ply.h"
 #include "task_scene_graph/pipeline/map_files.h"
 #include "task_scene_graph/plausibility/embedding_checks.h"
 #include "task_scene_graph/ros/arrivals.h"
+#include "task_scene_graph/ros/flush.h"
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/message_conversions.h"
 #include "task_scene_graph/ros/reconfigure_server.h"
-#include "task_scene_graph/ros/run_nodelets.h"
 #include "task_scene_graph/ros/scene_graph_conversions.h"
 #include "task_scene_graph/ros/scene_graph_markers.h"
 #include "task_scene_graph/ros/settings_follower.h"
@@ -45,6 +45,10 @@ void copyTunables(const From& from, To& to) {
   to.min_object_score = from.min_object_score;
 }
 
+// Of save_map.
+constexpr double kSaveTimeout_s = 60.0;
+constexpr double kSaveQuiet_s = 15.0;
+
 // What looks wrong with the embeddings is looked at so often: it costs tens of milliseconds.
 constexpr auto kFindingsPeriod = std::chrono::seconds(5);
 
@@ -61,7 +65,11 @@ class SceneGraphNodelet : public StageNodelet {
   void startTopics();
   void startTunables();
   void check() override { watch_->check(); }
-  msg::FinishResponse finish(const msg::FinishRequest& request, Deadline deadline) override;
+  /// END flushes the whole chain and writes the map.
+  msg::FlushResponse flush(const msg::FlushRequest& request,
+                           const ros_interface::Patience& patience) override;
+  std::string reset() override;
+  std::string setPaused(bool is_paused) override;
 
   void onPrimitives(const msg::ObjectPrimitivesConstPtr& message);
   void onPlaces(const msg::PlaceGraphConstPtr& message);
@@ -71,10 +79,19 @@ class SceneGraphNodelet : public StageNodelet {
   void process(const Job& job);
   void publish(const scene_graph::SceneGraphPtr& graph);
   bool saveMap(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
-  std::vector<std::string> finishChain();
-  /// Nothing if there is none, or if it could not be saved.
-  std::vector<WrittenFile> saveUpstreamMesh(std::vector<std::string>& problems);
-  std::vector<WrittenFile> writeFiles();
+  /// What the map of now holds, stage by stage, and what it lacks.
+  ros_interface::FlushedStages flushChain(std::uint8_t mode,
+                                          const ros_interface::Patience& patience);
+  void flushOwn(const ros_interface::Patience& patience, ros_interface::FlushedStages& flushed);
+  /// Writes all files, the graph's last. Problems with the mesh are added to `flushed`.
+  /// @throws std::runtime_error if there is no graph, or it cannot be written
+  std::vector<WrittenFile> writeMap(bool is_end, ros_interface::FlushedStages& flushed);
+  /// Nothing if there is no such stage, or if it could not be saved.
+  std::vector<WrittenFile> saveUpstreamMesh(const scene_graph::SceneGraph& graph, bool is_end,
+                                            ros_interface::FlushedStages& flushed);
+  std::vector<WrittenFile> writeGraph(const scene_graph::SceneGraph& graph);
+  scene_graph::SceneGraphPtr graph();
+  std::vector<std::string> upstreamServices(const std::string& name);
   /// Nothing has arrived yet.
   static bool isEmpty(const scene_graph::SceneGraphPtr& graph) {
     return graph == nullptr || graph->stamp == Stamp{};
@@ -91,6 +108,8 @@ class SceneGraphNodelet : public StageNodelet {
   std::chrono::steady_clock::time_point newest_findings_;  ///< the worker's own
   std::mutex graph_mutex_;
   scene_graph::SceneGraphPtr graph_;
+  std::atomic<std::uint64_t> num_resets_{0};  ///< of the builder
+  std::vector<WrittenFile> files_at_end_;     ///< written by flush; of the services' thread
   ros_interface::Arrivals primitives_;
   ros_interface::Arrivals places_;
   ros::Publisher graph_publisher_;
@@ -109,12 +128,15 @@ SceneGraphNodelet::~SceneGraphNodelet() {
   if (worker_ == nullptr) return;
   primitives_subscriber_.shutdown();
   places_subscriber_.shutdown();
-  worker_->waitIdle(std::chrono::steady_clock::now() + std::chrono::seconds(10));
+  if (files_at_end_.empty()) {
+    worker_->waitIdle(std::chrono::steady_clock::now() + std::chrono::seconds(10));
+  }
   worker_->stop();
-  ros_interface::EndReport end{getName(), config_.output, {}, "", ""};
+  ros_interface::EndReport end{getName(), config_.output, files_at_end_, "", ""};
   if (isEmpty(graph_)) end.reason = explainEmpty();
+  const bool is_to_write = end.files.empty() && end.reason.empty() && !end.folder.empty();
   try {
-    if (end.reason.empty() && !end.folder.empty()) end.files = writeFiles();
+    if (is_to_write) end.files = writeGraph(*graph_);
   } catch (const std::exception& e) {
     end.problem = std::string("map not saved: ") + e.what();
   }
@@ -157,11 +179,11 @@ void SceneGraphNodelet::startTopics() {
   startTunables();
   upstream_settings_ = std::make_unique<ros_interface::SettingsFollower>(handle, config_.upstream);
   primitives_subscriber_ =
-      handle.subscribe("object_primitives", 1000, &SceneGraphNodelet::onPrimitives, this);
+      handle.subscribe("object_primitives", 0, &SceneGraphNodelet::onPrimitives, this);
   places_subscriber_ = handle.subscribe("place_graph", 100, &SceneGraphNodelet::onPlaces, this);
   watch_ = std::make_unique<ros_interface::TopicWatch>(report(), config_.patience_s);
   watch_->add(places_subscriber_, "place_graph");
-  worker_->push([](scene_graph::SceneGraphBuilder&) {});  // publishes the empty graph
+  worker_->pushOrder([](scene_graph::SceneGraphBuilder&) {});  // publishes the empty graph
   save_server_ = serviceHandle().advertiseService("save_map", &SceneGraphNodelet::saveMap, this);
 }
 
@@ -177,21 +199,28 @@ void SceneGraphNodelet::startTunables() {
 
 void SceneGraphNodelet::onPrimitives(const msg::ObjectPrimitivesConstPtr& message) {
   report().countInput();
-  worker_->push([this, message](scene_graph::SceneGraphBuilder& builder) {
+  worker_->pushOrder([this, message](scene_graph::SceneGraphBuilder& builder) {
+    if (message->is_reset != 0) {
+      builder.reset();
+      ++num_resets_;
+    }
+    std::vector<PrimitiveId> withdrawn;
+    for (const std::uint64_t id : message->withdrawn) withdrawn.push_back({id});
+    builder.erasePrimitives(withdrawn);
     const auto update = builder.addPrimitives(
         ros_interface::fromMessage(*message, primitives_subscriber_.getTopic()));
     if (!update.error.empty()) report().countDropped("unusable primitive", update.error);
   });
-  for (const auto& primitive : message->primitives) primitives_.noteId(primitive.id);
+  if (message->sequence > 0) primitives_.note(message->sequence);
 }
 
 void SceneGraphNodelet::onPlaces(const msg::PlaceGraphConstPtr& message) {
   watch_->noteMessage(0);
   report().countInput();
-  worker_->push([this, message](scene_graph::SceneGraphBuilder& builder) {
+  worker_->pushOrder([this, message](scene_graph::SceneGraphBuilder& builder) {
     builder.setPlaces(ros_interface::fromMessage(*message, places_subscriber_.getTopic()));
   });
-  places_.noteStamp(ros_interface::toStamp(message->header.stamp));
+  places_.note(message->sequence);
 }
 
 void SceneGraphNodelet::onTunables(const Tunables& tunables) {
@@ -199,7 +228,8 @@ void SceneGraphNodelet::onTunables(const Tunables& tunables) {
   copyTunables(tunables, config);
   config::validate(config, getName());
   noteTuned(config);
-  worker_->push([config](scene_graph::SceneGraphBuilder& builder) { builder.setConfig(config); });
+  worker_->pushOrder(
+      [config](scene_graph::SceneGraphBuilder& builder) { builder.setConfig(config); });
 }
 
 void SceneGraphNodelet::noteTuned(const scene_graph::SceneGraphConfig& config) {
@@ -254,15 +284,24 @@ void SceneGraphNodelet::publish(const scene_graph::SceneGraphPtr& graph) {
   report().setFindings(std::move(findings));
 }
 
-msg::FinishResponse SceneGraphNodelet::finish(const msg::FinishRequest& request,
-                                              Deadline deadline) {
-  const bool has_all = primitives_.wait(request.last_id, {}, deadline) &&
-                       places_.wait(0, ros_interface::toStamp(request.stamp), deadline);
-  msg::FinishResponse response;
-  response.success = worker_->waitIdle(deadline) && has_all;
-  response.message = response.success ? "all is in the graph" : "primitives or places are missing";
-  const std::lock_guard<std::mutex> lock(graph_mutex_);
-  if (graph_ != nullptr) response.stamp = ros_interface::toRosTime(graph_->stamp);
+msg::FlushResponse SceneGraphNodelet::flush(const msg::FlushRequest& request,
+                                            const ros_interface::Patience& patience) {
+  ros_interface::FlushedStages flushed;
+  msg::FlushResponse response;
+  if (request.mode == msg::FlushRequest::END) {
+    flushed = flushChain(request.mode, patience);
+    try {
+      if (!config_.output.empty()) files_at_end_ = writeMap(true, flushed);
+    } catch (const std::exception& e) {
+      flushed.missing.push_back(getName() + ": " + e.what());
+    }
+  } else {
+    flushed.sequence = request.sequence;
+    flushed.place_sequence = request.place_sequence;
+    flushOwn(patience, flushed);
+  }
+  response.missing = flushed.missing;
+  response.content = flushed.contents.back();
   return response;
 }
 
@@ -270,14 +309,17 @@ bool SceneGraphNodelet::saveMap(std_srvs::Trigger::Request&,
                                 std_srvs::Trigger::Response& response) {
   try {
     if (config_.output.empty()) throw std::runtime_error("parameter 'output' is not set");
-    std::vector<std::string> problems = finishChain();
-    const std::vector<WrittenFile> mesh = saveUpstreamMesh(problems);
-    for (const auto& problem : problems) report().warn("save_map", problem);
-    std::vector<WrittenFile> files = writeFiles();
-    files.insert(files.end(), mesh.begin(), mesh.end());
+    auto flushed = flushChain(msg::FlushRequest::SNAPSHOT,
+                              ros_interface::Patience::from(kSaveTimeout_s, kSaveQuiet_s));
+    const std::vector<WrittenFile> files = writeMap(false, flushed);
     NODELET_INFO_STREAM("[" << getName() << "] " << describeWritten(config_.output, files));
     response.message = config_.output.string();
-    response.success = 1;
+    for (const auto& line : flushed.contents) response.message += "\n" + line;
+    for (const auto& line : flushed.missing) {
+      response.message += "\nmissing: " + line;
+      report().warn("save_map", "save_map: missing: " + line);
+    }
+    response.success = flushed.missing.empty() ? 1 : 0;
   } catch (const std::exception& e) {
     response.message = std::string("no map was written: ") + e.what();
     response.success = 0;
@@ -286,46 +328,115 @@ bool SceneGraphNodelet::saveMap(std_srvs::Trigger::Request&,
   return true;
 }
 
-std::vector<std::string> SceneGraphNodelet::finishChain() {
+ros_interface::FlushedStages SceneGraphNodelet::flushChain(
+    std::uint8_t mode, const ros_interface::Patience& patience) {
   std::vector<std::string> stages;
   for (const auto& stage : config_.upstream) stages.push_back(getNodeHandle().resolveName(stage));
-  auto upstream = ros_interface::finishStages(stages);
-  msg::FinishRequest request;
-  request.last_id = upstream.last_id;
-  request.stamp = ros_interface::toRosTime(upstream.stamp);
-  const auto own = finish(request, std::chrono::steady_clock::now() + std::chrono::seconds(30));
-  if (!own.success) upstream.problems.push_back(getName() + ": " + own.message);
-  return upstream.problems;
+  ros_interface::FlushedStages flushed = ros_interface::flushStages(stages, mode, patience);
+  flushOwn(patience, flushed);
+  return flushed;
 }
 
-std::vector<WrittenFile> SceneGraphNodelet::saveUpstreamMesh(std::vector<std::string>& problems) {
+void SceneGraphNodelet::flushOwn(const ros_interface::Patience& patience,
+                                 ros_interface::FlushedStages& flushed) {
+  const auto miss = [&](const std::string& line) {
+    flushed.missing.push_back(getName() + ": " + line);
+  };
+  if (!primitives_.wait(flushed.sequence, patience)) miss("object primitives have not arrived");
+  if (!places_.wait(flushed.place_sequence, patience)) miss("the newest places have not arrived");
+  if (!worker_->waitHandled(patience)) miss("the clustering is still at work");
+  const scene_graph::SceneGraphPtr newest = graph();
+  const std::size_t num_objects = newest == nullptr ? 0 : newest->objects.size();
+  const std::size_t num_regions = newest == nullptr ? 0 : newest->regions.size();
+  flushed.contents.push_back(getName() + ": " + formatCount(num_objects, "object") + ", " +
+                             formatCount(num_regions, "region"));
+}
+
+scene_graph::SceneGraphPtr SceneGraphNodelet::graph() {
+  const std::lock_guard<std::mutex> lock(graph_mutex_);
+  return graph_;
+}
+
+std::vector<WrittenFile> SceneGraphNodelet::writeMap(bool is_end,
+                                                     ros_interface::FlushedStages& flushed) {
+  const scene_graph::SceneGraphPtr newest = graph();
+  if (isEmpty(newest)) throw std::runtime_error(explainEmpty());
+  const std::vector<WrittenFile> mesh = saveUpstreamMesh(*newest, is_end, flushed);
+  std::vector<WrittenFile> files = writeGraph(*newest);
+  files.insert(files.end(), mesh.begin(), mesh.end());
+  return files;
+}
+
+std::vector<WrittenFile> SceneGraphNodelet::saveUpstreamMesh(
+    const scene_graph::SceneGraph& graph, bool is_end, ros_interface::FlushedStages& flushed) {
   if (config_.upstream.empty()) return {};
   const std::string service =
       getNodeHandle().resolveName(ros::names::append(config_.upstream.back(), "save_mesh"));
-  std_srvs::Trigger call;
   if (!ros::service::exists(service, false)) return {};
+  msg::SaveMesh call;
+  call.request.folder = config_.output.string();
+  call.request.has_objects = 1;
+  call.request.is_end = is_end ? 1 : 0;
+  for (const auto& [primitive, object] : scene_graph::computeObjectOfPrimitives(graph)) {
+    call.request.primitives.push_back(primitive.value);
+    call.request.objects.push_back(object);
+  }
   if (!ros::service::call(service, call) || call.response.success == 0) {
-    problems.push_back(service + ": " + call.response.message);
+    flushed.missing.push_back(service + ": " + call.response.message);
     return {};
   }
-  const std::filesystem::path path = call.response.message;
-  const std::string name = path.parent_path() == config_.output ? "mesh.ply" : path.string();
-  return {{name, std::to_string(mapping::countPlyVertices(path)) + " vertices"}};
+  std::vector<WrittenFile> files;
+  for (std::size_t i = 0; i < call.response.files.size(); ++i) {
+    files.push_back({call.response.files[i], call.response.contents[i]});
+  }
+  return files;
 }
 
-std::vector<WrittenFile> SceneGraphNodelet::writeFiles() {
-  scene_graph::SceneGraphPtr graph;
-  {
-    const std::lock_guard<std::mutex> lock(graph_mutex_);
-    graph = graph_;
-  }
-  if (isEmpty(graph)) throw std::runtime_error(explainEmpty());
+std::vector<WrittenFile> SceneGraphNodelet::writeGraph(const scene_graph::SceneGraph& graph) {
   std::filesystem::create_directories(config_.output);
-  std::vector<WrittenFile> files = pipeline::writeGraphFiles(config_.output, *graph);
+  std::vector<WrittenFile> files = pipeline::writeGraphFiles(config_.output, graph);
   std::vector<config::StageSettings> stages = upstream_settings_->settings();
   stages.push_back(settings());
   files.push_back(pipeline::writeSettingsFile(config_.output, describeRun(), stages));
   return files;
+}
+
+std::vector<std::string> SceneGraphNodelet::upstreamServices(const std::string& name) {
+  std::vector<std::string> services;
+  for (const auto& stage : config_.upstream) {
+    const std::string service = getNodeHandle().resolveName(ros::names::append(stage, name));
+    if (ros::service::exists(service, false)) services.push_back(service);
+  }
+  return services;
+}
+
+std::string SceneGraphNodelet::setPaused(bool is_paused) {
+  std::string problems = StageNodelet::setPaused(is_paused);
+  for (const auto& service : upstreamServices(is_paused ? "pause" : "resume")) {
+    std_srvs::Trigger call;
+    if (ros::service::call(service, call) && call.response.success != 0) continue;
+    problems += (problems.empty() ? "" : "; ") + service + " failed: " + call.response.message;
+  }
+  return problems;
+}
+
+std::string SceneGraphNodelet::reset() {
+  const std::uint64_t before = num_resets_;
+  const auto services = upstreamServices("reset");
+  for (const auto& service : services) {
+    std_srvs::Trigger call;
+    if (ros::service::call(service, call) && call.response.success != 0) continue;
+    throw std::runtime_error(service + " failed: " + call.response.message);
+  }
+  // mesh_fusion says it on the topic of the primitives, between what was before and what follows.
+  const auto patience = ros_interface::Patience::from(5.0, 5.0);
+  const bool is_told =
+      !services.empty() && ros_interface::waitPatiently([&] { return num_resets_ > before; },
+                                                        [] { return 0; }, patience);
+  if (!is_told)
+    worker_->pushOrder([](scene_graph::SceneGraphBuilder& builder) { builder.reset(); });
+  worker_->waitHandled(patience);
+  return "the map is forgotten; tasks and parameters stay";
 }
 
 std::vector<config::YamlLine> SceneGraphNodelet::describeRun() const {

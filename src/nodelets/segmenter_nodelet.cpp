@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <mutex>
+#include <atomic>
+#include <cstdint>
 #include <pluginlib/class_list_macros.hpp>
 
 #include "segmenter_config.h"
@@ -26,23 +27,30 @@ class SegmenterNodelet : public StageNodelet {
   }
 
  private:
+  struct Item {
+    ros_interface::SourceImage image;
+    std::uint32_t epoch = 1;
+  };
+
   void start() override;
   void check() override;
-  msg::FinishResponse finish(const msg::FinishRequest& request, Deadline deadline) override;
+  msg::FlushResponse flush(const msg::FlushRequest& request,
+                           const ros_interface::Patience& patience) override;
+  std::string reset() override;
 
   void onImage(const ros_interface::SourceImage& image);
-  void process(const ros_interface::SourceImage& image);
+  void process(const Item& item);
   void publishOverlay(const ColorImage& color, const Segmentation& segmentation,
                       const std::string& frame);
 
   std::unique_ptr<segmentation::Segmenter> segmenter_;
   ros_interface::StampOrder order_;
-  std::mutex published_mutex_;
-  Stamp last_stamp_;
+  std::atomic<std::uint32_t> epoch_{1};     ///< raised when stamps jump back
+  std::atomic<std::uint64_t> sequence_{0};  ///< of the newest message
   ros::Publisher publisher_;
   ros::Publisher overlay_publisher_;
   std::unique_ptr<ros_interface::TopicWatch> watch_;
-  std::unique_ptr<ros_interface::Worker<ros_interface::SourceImage>> worker_;
+  std::unique_ptr<ros_interface::Worker<Item>> worker_;
   std::unique_ptr<ros_interface::ImageSubscriber> subscriber_;
 };
 
@@ -59,8 +67,8 @@ void SegmenterNodelet::start() {
       segmentation::loadModelSet(config.models.string()), config.segmenter);
   publisher_ = getNodeHandle().advertise<msg::Segmentation>(config.input.segmentation_topic, 100);
   overlay_publisher_ = getNodeHandle().advertise<sensor_msgs::Image>("segmentation_overlay", 2);
-  worker_ = std::make_unique<ros_interface::Worker<ros_interface::SourceImage>>(
-      1, [this](const ros_interface::SourceImage& image) { process(image); });
+  worker_ =
+      std::make_unique<ros_interface::Worker<Item>>(1, [this](const Item& item) { process(item); });
   watch_ = std::make_unique<ros_interface::TopicWatch>(report(), config.input.patience_s);
   subscriber_ = std::make_unique<ros_interface::ImageSubscriber>(
       getNodeHandle(), config.input.color_topic, 1,
@@ -70,6 +78,7 @@ void SegmenterNodelet::start() {
 
 void SegmenterNodelet::onImage(const ros_interface::SourceImage& image) {
   watch_->noteMessage(0);
+  if (isPaused()) return;
   report().countInput();
   try {
     ros_interface::checkStamp(image.header().stamp, subscriber_->topic());
@@ -82,10 +91,12 @@ void SegmenterNodelet::onImage(const ros_interface::SourceImage& image) {
     report().countDropped("repeated stamp");
     return;
   }
-  report().countDropped("a newer image came", "", worker_->push(image));
+  if (kind == ros_interface::StampOrder::Kind::kJumpBack) ++epoch_;
+  report().countDropped("a newer image came", "", worker_->push({image, epoch_}));
 }
 
-void SegmenterNodelet::process(const ros_interface::SourceImage& image) {
+void SegmenterNodelet::process(const Item& item) {
+  const ros_interface::SourceImage& image = item.image;
   try {
     const ros_interface::StageTimer timer;
     const auto message = image.decode(subscriber_->topic());
@@ -94,11 +105,13 @@ void SegmenterNodelet::process(const ros_interface::SourceImage& image) {
     const bool is_shared = !image.isCompressed() && ros_interface::isShared(color.image, *message);
     report().countImage(is_shared, color.image.data);
     const Segmentation segmentation = segmenter_->segment(color);
-    publisher_.publish(ros_interface::toMessage(segmentation, message->header.frame_id));
+    const msg::SegmentationPtr result =
+        ros_interface::toMessage(segmentation, message->header.frame_id);
+    result->sequence = ++sequence_;
+    result->epoch = item.epoch;
+    publisher_.publish(result);
     report().countProcessed(timer.elapsedMs());
     publishOverlay(color, segmentation, message->header.frame_id);
-    const std::lock_guard<std::mutex> lock(published_mutex_);
-    last_stamp_ = segmentation.stamp;
   } catch (const std::exception& e) {
     report().countDropped("error", std::string("dropped an image: ") + e.what());
   }
@@ -124,14 +137,16 @@ void SegmenterNodelet::check() {
   watch_->check();
 }
 
-msg::FinishResponse SegmenterNodelet::finish(const msg::FinishRequest&, Deadline deadline) {
-  msg::FinishResponse response;
-  response.success = worker_->waitIdle(deadline);
-  response.message = response.success ? "nothing is left to segment" : "still at work";
-  const std::lock_guard<std::mutex> lock(published_mutex_);
-  response.stamp = ros_interface::toRosTime(last_stamp_);
+msg::FlushResponse SegmenterNodelet::flush(const msg::FlushRequest&,
+                                           const ros_interface::Patience& patience) {
+  msg::FlushResponse response;
+  if (!worker_->waitHandled(patience)) response.missing.push_back("an image is still segmented");
+  response.sequence = sequence_;
+  response.content = std::to_string(sequence_) + " images segmented";
   return response;
 }
+
+std::string SegmenterNodelet::reset() { return "it keeps nothing"; }
 
 }  // namespace tsg::nodelets
 

@@ -2,13 +2,16 @@
 #include "stage_nodelet.h"
 
 #include <map>
+#include <utility>
 
+#include "task_scene_graph/ros/flush.h"
 #include "task_scene_graph/ros/settings_conversions.h"
 
 namespace tsg::nodelets {
 namespace {
 
-constexpr double kFinishTimeout_s = 10.0;
+constexpr double kFlushTimeout_s = 60.0;
+constexpr double kFlushQuiet_s = 10.0;
 
 /// "12 from file '/home/u/my.yaml', 1 from parameter server, 60 from default".
 std::string countOrigins(const std::vector<config::Setting>& settings) {
@@ -37,9 +40,7 @@ void StageNodelet::onInit() {
     diagnostics_->add("stage", [this](auto& status) { report_->fill(status); });
     timer_ = getNodeHandle().createWallTimer(ros::WallDuration(period_s),
                                              [this](const ros::WallTimerEvent&) { look(); });
-    finish_server_ = service_handle_.advertiseService("finish", &StageNodelet::serveFinish, this);
-    service_spinner_ = std::make_unique<ros::AsyncSpinner>(1, &service_queue_);
-    service_spinner_->start();
+    startServices();
   } catch (const std::exception& e) {
     NODELET_FATAL_STREAM("[" << getName() << "] not started: " << e.what());
     throw;
@@ -69,18 +70,62 @@ void StageNodelet::look() {
   diagnostics_->force_update();
 }
 
-bool StageNodelet::serveFinish(msg::FinishRequest& request, msg::FinishResponse& response) {
-  const double timeout_s = request.timeout_s > 0.0F ? request.timeout_s : kFinishTimeout_s;
-  const auto timeout = std::chrono::duration_cast<std::chrono::steady_clock::duration>(
-      std::chrono::duration<double>(timeout_s));
-  response = finish(request, std::chrono::steady_clock::now() + timeout);
+void StageNodelet::startServices() {
+  using Request = std_srvs::TriggerRequest;
+  using Response = std_srvs::TriggerResponse;
+  const boost::function<bool(Request&, Response&)> pause = [this](Request&, Response& response) {
+    return servePaused(true, response);
+  };
+  const boost::function<bool(Request&, Response&)> resume = [this](Request&, Response& response) {
+    return servePaused(false, response);
+  };
+  servers_.push_back(service_handle_.advertiseService("flush", &StageNodelet::serveFlush, this));
+  servers_.push_back(service_handle_.advertiseService("reset", &StageNodelet::serveReset, this));
+  servers_.push_back(service_handle_.advertiseService("pause", pause));
+  servers_.push_back(service_handle_.advertiseService("resume", resume));
+  service_spinner_ = std::make_unique<ros::AsyncSpinner>(1, &service_queue_);
+  service_spinner_->start();
+}
+
+bool StageNodelet::serveFlush(msg::FlushRequest& request, msg::FlushResponse& response) {
+  const double timeout_s = request.timeout_s > 0.0F ? request.timeout_s : kFlushTimeout_s;
+  const double quiet_s = request.quiet_s > 0.0F ? request.quiet_s : kFlushQuiet_s;
+  const ros_interface::FlushGuard guard;
+  response = flush(request, ros_interface::Patience::from(timeout_s, quiet_s));
+  response.success = response.missing.empty() ? 1 : 0;
   return true;
+}
+
+bool StageNodelet::serveReset(std_srvs::TriggerRequest&, std_srvs::TriggerResponse& response) {
+  try {
+    response.message = reset();
+    response.success = 1;
+    NODELET_INFO_STREAM("[" << getName() << "] reset: " << response.message);
+  } catch (const std::exception& e) {
+    response.message = e.what();
+    NODELET_ERROR_STREAM("[" << getName() << "] reset: " << response.message);
+  }
+  return true;
+}
+
+bool StageNodelet::servePaused(bool is_paused, std_srvs::TriggerResponse& response) {
+  response.message = setPaused(is_paused);
+  response.success = response.message.empty() ? 1 : 0;
+  NODELET_INFO_STREAM("[" << getName() << "] " << (is_paused ? "paused" : "goes on") << " "
+                          << response.message);
+  return true;
+}
+
+std::string StageNodelet::setPaused(bool is_paused) {
+  is_paused_ = is_paused;
+  report().set("paused", is_paused ? "yes" : "no");
+  return "";
 }
 
 void StageNodelet::stopServices() {
   timer_.stop();
   if (service_spinner_ != nullptr) service_spinner_->stop();
-  finish_server_.shutdown();
+  for (auto& server : servers_) server.shutdown();
 }
 
 }  // namespace tsg::nodelets

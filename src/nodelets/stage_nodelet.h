@@ -5,26 +5,27 @@
 #include <nodelet/nodelet.h>
 #include <ros/callback_queue.h>
 #include <ros/spinner.h>
+#include <std_srvs/Trigger.h>
 
-#include <chrono>
+#include <atomic>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "task_scene_graph/config/settings.h"
 #include "task_scene_graph/ros/end_report.h"
 #include "task_scene_graph/ros/messages.h"
 #include "task_scene_graph/ros/parameters.h"
+#include "task_scene_graph/ros/patience.h"
 #include "task_scene_graph/ros/stage_report.h"
 
 namespace tsg::nodelets {
 
-using Deadline = std::chrono::steady_clock::time_point;
-
-/// What every stage's nodelet has: a start that names what is wrong, diagnostics, the service
-/// `~finish`, the latched topic `~settings` with the parameters in force, and a once-a-second look
-/// around. Services run in a thread of their own, so that one that waits never holds up the
-/// manager's threads.
+/// What every stage's nodelet has: a start that names what is wrong, diagnostics, the services
+/// `~flush`, `~pause`, `~resume` and `~reset`, the latched topic `~settings` with the parameters in
+/// force, and a once-a-second look around. Services run in a thread of their own, so that one that
+/// waits never holds up the manager's threads.
 ///
 /// A derived class calls `stopServices()` first thing in its destructor.
 class StageNodelet : public nodelet::Nodelet {
@@ -34,8 +35,14 @@ class StageNodelet : public nodelet::Nodelet {
   virtual void start() = 0;
   /// About once a second of wall time, from the subscribers' queue.
   virtual void check() {}
-  /// See Finish.srv.
-  virtual msg::FinishResponse finish(const msg::FinishRequest& request, Deadline deadline) = 0;
+  /// See Flush.srv; from the services' thread, as the two below.
+  virtual msg::FlushResponse flush(const msg::FlushRequest& request,
+                                   const ros_interface::Patience& patience) = 0;
+  /// Forgets all that was built, as after a start. @returns what was forgotten, for a log.
+  virtual std::string reset() = 0;
+  /// Stops taking in images, or goes on. @returns a problem, or "".
+  virtual std::string setPaused(bool is_paused);
+  bool isPaused() const { return is_paused_; }
 
   void stopServices();
   ros_interface::StageReport& report() { return *report_; }
@@ -58,7 +65,10 @@ class StageNodelet : public nodelet::Nodelet {
   void onInit() final;
   void publishSettings();
   void look();
-  bool serveFinish(msg::FinishRequest& request, msg::FinishResponse& response);
+  bool serveFlush(msg::FlushRequest& request, msg::FlushResponse& response);
+  bool serveReset(std_srvs::TriggerRequest& request, std_srvs::TriggerResponse& response);
+  bool servePaused(bool is_paused, std_srvs::TriggerResponse& response);
+  void startServices();
 
   mutable std::mutex settings_mutex_;  ///< guards the two below
   config::StageSettings settings_;
@@ -67,7 +77,8 @@ class StageNodelet : public nodelet::Nodelet {
   std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
   ros::CallbackQueue service_queue_;
   ros::NodeHandle service_handle_;
-  ros::ServiceServer finish_server_;
+  std::vector<ros::ServiceServer> servers_;
+  std::atomic<bool> is_paused_{false};
   std::unique_ptr<ros::AsyncSpinner> service_spinner_;
   ros::WallTimer timer_;
 };

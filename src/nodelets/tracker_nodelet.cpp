@@ -8,6 +8,7 @@
 #include "stage_nodelet.h"
 #include "task_scene_graph/plausibility/embedding_checks.h"
 #include "task_scene_graph/ros/arrivals.h"
+#include "task_scene_graph/ros/epoch.h"
 #include "task_scene_graph/ros/frame_matcher.h"
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/message_conversions.h"
@@ -28,20 +29,26 @@ class TrackerNodelet : public StageNodelet {
   }
 
  private:
-  /// A segmented frame, or, without one, the order to end all live tracks.
+  /// A segmented frame may drop, what is asked of the tracker besides never does.
+  enum class Request { kTrack, kDescribe, kEnd, kStartEpoch, kReset };
   struct Job {
     ros_interface::FrameMatcher::Match match;
-    bool is_new_start = false;  ///< time jumped back: stamps start anew
+    Request request = Request::kTrack;
   };
 
   void start() override;
   void check() override;
-  msg::FinishResponse finish(const msg::FinishRequest& request, Deadline deadline) override;
+  msg::FlushResponse flush(const msg::FlushRequest& request,
+                           const ros_interface::Patience& patience) override;
+  std::string reset() override;
 
   void onSegmentation(const msg::SegmentationConstPtr& message);
   void enqueue(std::optional<ros_interface::FrameMatcher::Match> match);
   void process(const Job& job);
+  void track(const ros_interface::FrameMatcher::Match& match);
+  void describe();
   void publish(TrackedFrame tracked);
+  void reportCounters();
   void reportFindings();
   void startAnew();
   void checkIdle();
@@ -50,10 +57,12 @@ class TrackerNodelet : public StageNodelet {
   std::unique_ptr<tracking::Tracker> tracker_;
   std::uint64_t id_offset_ = 0;  ///< ids stay unique when the tracker starts anew
   std::uint64_t largest_id_ = 0;
-  std::mutex published_mutex_;
-  std::uint64_t last_finished_id_ = 0;
-  Stamp last_stamp_;
-  std::atomic<bool> has_live_tracks_{false};
+  std::uint32_t epoch_ = 1;  ///< of the tracker's frames
+  Stamp newest_;             ///< stamp that was tracked
+  ros_interface::EpochFollower segmentations_epoch_;
+  std::atomic<std::uint64_t> sequence_{0};  ///< of the newest message
+  std::atomic<std::size_t> num_live_{0};
+  std::atomic<std::uint64_t> num_dropped_{0};  ///< segmented frames, under load
   std::uint64_t processed_at_check_ = 0;
   std::chrono::steady_clock::time_point last_progress_ = std::chrono::steady_clock::now();
   ros_interface::Arrivals segmentations_;
@@ -71,17 +80,20 @@ void TrackerNodelet::start() {
   tracker_ = std::make_unique<tracking::Tracker>(config_.tracker);
   matcher_ =
       std::make_unique<ros_interface::FrameMatcher>(static_cast<std::size_t>(config_.frame_cache));
-  publisher_ = getNodeHandle().advertise<msg::Tracks>("tracks", 1000);
+  publisher_ = getNodeHandle().advertise<msg::Tracks>("tracks", 0);  // no bound: none may drop
   worker_ = std::make_unique<ros_interface::Worker<Job>>(
       static_cast<std::size_t>(config_.queue_size), [this](const Job& job) { process(job); });
   input_ = std::make_unique<ros_interface::RgbdInput>(
       getNodeHandle(), config_.input, report(),
-      ros_interface::RgbdInput::Callbacks{
-          [this](RgbdFramePtr frame) { enqueue(matcher_->addFrame(std::move(frame))); },
-          [this] {
-            matcher_->clear();
-            worker_->push({{}, true});
-          }});
+      ros_interface::RgbdInput::Callbacks{[this](RgbdFramePtr frame) {
+                                            if (!isPaused())
+                                              enqueue(matcher_->addFrame(std::move(frame)));
+                                          },
+                                          [this] {
+                                            segmentations_epoch_.startEpoch();
+                                            matcher_->startEpoch(segmentations_epoch_.epoch());
+                                            worker_->pushOrder({{}, Request::kStartEpoch});
+                                          }});
   subscriber_ = getNodeHandle().subscribe(config_.input.segmentation_topic, 100,
                                           &TrackerNodelet::onSegmentation, this);
   watch_ = std::make_unique<ros_interface::TopicWatch>(report(), config_.input.patience_s);
@@ -92,30 +104,78 @@ void TrackerNodelet::onSegmentation(const msg::SegmentationConstPtr& message) {
   watch_->noteMessage(0);
   try {
     auto segmentation = ros_interface::fromMessage(message, subscriber_.getTopic());
-    enqueue(matcher_->addSegmentation(std::move(segmentation)));
+    const std::uint32_t epoch = segmentations_epoch_.follow(message->epoch, segmentation->stamp);
+    enqueue(matcher_->addSegmentation(std::move(segmentation), epoch));
   } catch (const std::exception& e) {
     report().countDropped("unusable segmentation", e.what());
   }
-  segmentations_.noteStamp(ros_interface::toStamp(message->header.stamp));
+  segmentations_.note(message->sequence);
 }
 
 void TrackerNodelet::enqueue(std::optional<ros_interface::FrameMatcher::Match> match) {
   if (!match) return;
-  report().countDropped("queue full", "", worker_->push({std::move(*match), false}));
+  const std::size_t dropped = worker_->push({std::move(*match), Request::kTrack});
+  num_dropped_ += dropped;
+  report().countDropped("queue full", "", dropped);
 }
 
 void TrackerNodelet::process(const Job& job) {
   try {
-    const ros_interface::StageTimer timer;
-    const auto& [frame, segmentation] = job.match;
-    publish(frame != nullptr ? tracker_->update(*frame, *alignToFrame(*frame, segmentation))
-                             : tracker_->finish());
-    if (frame != nullptr) report().countProcessed(timer.elapsedMs());
+    switch (job.request) {
+      case Request::kTrack:
+        track(job.match);
+        break;
+      case Request::kDescribe:
+        describe();
+        break;
+      case Request::kEnd:
+        publish(tracker_->finish());
+        break;
+      case Request::kStartEpoch:
+        publish(tracker_->finish());
+        startAnew();
+        ++epoch_;
+        break;
+      case Request::kReset:
+        startAnew();
+        publish({});
+        break;
+    }
+    reportCounters();
     reportFindings();
-    if (job.is_new_start) startAnew();
   } catch (const std::exception& e) {
     report().countDropped("error", std::string("dropped a frame: ") + e.what());
   }
+}
+
+void TrackerNodelet::track(const ros_interface::FrameMatcher::Match& match) {
+  const ros_interface::StageTimer timer;
+  const auto before = tracker_->counters();
+  TrackedFrame tracked =
+      tracker_->update(*match.frame, *alignToFrame(*match.frame, match.segmentation));
+  tracked.provisional = tracker_->describeLiveTracks(false);
+  const auto& counters = tracker_->counters();
+  newest_ = match.frame->stamp;
+  publish(std::move(tracked));
+  if (counters.invalid_frames > before.invalid_frames) {
+    report().countDropped("unusable for the tracker",
+                          "the tracker refused a frame: its label image, depth or camera differ in "
+                          "size, its pose lies out of the grid, or an embedding is not finite or "
+                          "of another size than before");
+  } else if (counters.out_of_order_frames > before.out_of_order_frames) {
+    report().countDropped("not later than the frame before");
+  } else {
+    report().countProcessed(timer.elapsedMs());
+  }
+}
+
+void TrackerNodelet::describe() {
+  TrackedFrame tracked;
+  tracked.stamp = newest_;
+  tracked.provisional = tracker_->describeLiveTracks(true);
+  tracked.live = tracker_->liveIds();
+  tracked.is_snapshot = true;
+  publish(std::move(tracked));
 }
 
 void TrackerNodelet::publish(TrackedFrame tracked) {
@@ -126,11 +186,23 @@ void TrackerNodelet::publish(TrackedFrame tracked) {
   for (auto& id : tracked.segment_tracks) shift(id);
   for (auto& id : tracked.live) shift(id);
   for (auto& track : tracked.finished) shift(track.id);
-  has_live_tracks_ = !tracked.live.empty();
-  publisher_.publish(ros_interface::toMessage(tracked, input_->cameraFrame()));
-  const std::lock_guard<std::mutex> lock(published_mutex_);
-  if (!tracked.finished.empty()) last_finished_id_ = tracked.finished.back().id.value;
-  last_stamp_ = tracked.stamp;
+  for (auto& track : tracked.provisional) shift(track.id);
+  num_live_ = tracked.live.size();
+  const msg::TracksPtr message = ros_interface::toMessage(tracked, input_->cameraFrame());
+  message->sequence = ++sequence_;
+  message->epoch = epoch_;
+  publisher_.publish(message);
+}
+
+void TrackerNodelet::reportCounters() {
+  const tracking::TrackerCounters& counters = tracker_->counters();
+  report().set("live tracks", std::to_string(tracker_->numLiveTracks()));
+  report().set("tracks that ended", std::to_string(counters.tracks_finished));
+  report().set("tracks dropped: too few observations", std::to_string(counters.tracks_dropped));
+  report().set("segments", std::to_string(counters.segments));
+  report().set("segments ignored: too small", std::to_string(counters.small_segments));
+  report().set("segments ignored: too large", std::to_string(counters.large_segments));
+  report().set("segments that continued a track", std::to_string(counters.associations));
 }
 
 void TrackerNodelet::reportFindings() {
@@ -161,22 +233,39 @@ void TrackerNodelet::checkIdle() {
   if (processed != processed_at_check_ || config_.idle_finish_s <= 0.0) last_progress_ = now;
   processed_at_check_ = processed;
   const std::chrono::duration<double> idle = now - last_progress_;
-  if (!has_live_tracks_ || idle.count() < config_.idle_finish_s) return;
+  if (num_live_ == 0 || config_.idle_finish_s <= 0.0 || idle.count() < config_.idle_finish_s)
+    return;
   last_progress_ = now;
-  worker_->push({});
+  worker_->pushOrder({{}, Request::kEnd});
 }
 
-msg::FinishResponse TrackerNodelet::finish(const msg::FinishRequest& request, Deadline deadline) {
-  const bool is_complete = segmentations_.wait(0, ros_interface::toStamp(request.stamp), deadline);
+msg::FlushResponse TrackerNodelet::flush(const msg::FlushRequest& request,
+                                         const ros_interface::Patience& patience) {
+  msg::FlushResponse response;
+  if (!segmentations_.wait(request.sequence, patience)) {
+    response.missing.push_back("segmentations have not arrived");
+  }
   input_->flush();
-  worker_->push({});
-  msg::FinishResponse response;
-  response.success = is_complete && worker_->waitIdle(deadline);
-  response.message = response.success ? "all tracks have ended" : "segmentations did not arrive";
-  const std::lock_guard<std::mutex> lock(published_mutex_);
-  response.last_id = last_finished_id_;
-  response.stamp = ros_interface::toRosTime(last_stamp_);
+  const bool ends = request.mode == msg::FlushRequest::END;
+  worker_->pushOrder({{}, ends ? Request::kEnd : Request::kDescribe});
+  if (!worker_->waitHandled(patience)) {
+    response.missing.push_back(std::to_string(worker_->size()) + " frames are not yet tracked");
+  }
+  response.sequence = sequence_;
+  response.content = std::to_string(num_live_) + " live tracks";
+  if (num_dropped_ > 0) {
+    response.content += ", " + std::to_string(num_dropped_) +
+                        " segmented frames were dropped under load since the start";
+  }
   return response;
+}
+
+std::string TrackerNodelet::reset() {
+  const std::size_t num_live = num_live_;
+  matcher_->clear();
+  worker_->pushOrder({{}, Request::kReset});
+  worker_->waitHandled(ros_interface::Patience::from(10.0, 5.0));
+  return std::to_string(num_live) + " live tracks are forgotten";
 }
 
 }  // namespace tsg::nodelets

@@ -73,7 +73,8 @@ SegmentationPtr Pipeline::findSegmentation(const RgbdFrame& frame,
 }
 
 void Pipeline::addTracks(const TrackedFrame& tracked) {
-  const auto primitives = times_.measure("objects", [&] { return objects_.addTracks(tracked); });
+  const auto primitives =
+      times_.measure("objects", [&] { return objects_.addTracks(tracked); }).primitives;
   if (primitives.empty()) return;
   times_.measure("scene_graph", [&] {
     scene_graph_.addPrimitives(primitives);

@@ -108,6 +108,8 @@ TrackedFrame fromMessage(const msg::Tracks& message) {
   for (const auto id : message.segment_tracks) tracked.segment_tracks.push_back({id});
   for (const auto id : message.live) tracked.live.push_back({id});
   for (const auto& track : message.finished) tracked.finished.push_back(toTrack(track));
+  for (const auto& track : message.provisional) tracked.provisional.push_back(toTrack(track));
+  tracked.is_snapshot = message.is_snapshot != 0;
   return tracked;
 }
 
@@ -118,6 +120,10 @@ msg::TracksPtr toMessage(const TrackedFrame& tracked, const std::string& frame) 
   for (const auto id : tracked.segment_tracks) message->segment_tracks.push_back(id.value);
   for (const auto id : tracked.live) message->live.push_back(id.value);
   for (const auto& track : tracked.finished) message->finished.push_back(toTrackMessage(track));
+  for (const auto& track : tracked.provisional) {
+    message->provisional.push_back(toTrackMessage(track));
+  }
+  message->is_snapshot = tracked.is_snapshot ? 1 : 0;
   return message;
 }
 
@@ -149,6 +155,7 @@ msg::Mesh toMessage(const Mesh& mesh) {
 ObjectPrimitivePtr fromMessage(const msg::ObjectPrimitive& message) {
   auto primitive = std::make_shared<ObjectPrimitive>();
   primitive->id = {message.id};
+  primitive->is_provisional = message.is_provisional != 0;
   primitive->track = {message.track_id};
   primitive->mesh = fromMessage(message.mesh);
   primitive->box = toAabb(message.box);
@@ -183,6 +190,7 @@ std::vector<ObjectPrimitivePtr> fromMessage(const msg::ObjectPrimitives& message
 msg::ObjectPrimitive toMessage(const ObjectPrimitive& primitive) {
   msg::ObjectPrimitive message;
   message.id = primitive.id.value;
+  message.is_provisional = primitive.is_provisional ? 1 : 0;
   message.track_id = primitive.track.value;
   message.mesh = toMessage(primitive.mesh);
   message.box = toBoundingBox(primitive.box);

@@ -12,7 +12,7 @@
 #include <thread>
 
 #include "task_scene_graph/ros/end_report.h"
-#include "task_scene_graph/ros/geometry_conversions.h"
+#include "task_scene_graph/ros/flush.h"
 #include "task_scene_graph/ros/messages.h"
 
 namespace tsg::ros_interface {
@@ -101,13 +101,29 @@ void spinUntilStopped() {
   }
 }
 
-/// Finishes the stages in order, while ROS is up, and unloads them, the last one first.
-void endStages(nodelet::Loader& loader, std::vector<std::string> names) {
-  if (::ros::ok()) {
-    for (const auto& problem : finishStages(names).problems) {
-      ROS_WARN_STREAM("at the end: " << problem);
-    }
+// roslaunch kills what has not ended after 15 s.
+constexpr double kFlushTimeout_s = 11.0;
+constexpr double kFlushQuiet_s = 8.0;
+constexpr std::chrono::seconds kOwnerTimeout{13};
+
+/// So that nothing in the chain is lost, while ROS is up.
+void flushAtEnd(const NodeletProgram& program, const std::vector<std::string>& names) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto patience = Patience::from(kFlushTimeout_s, kFlushQuiet_s);
+  const std::vector<std::string> to_flush =
+      program.has_map_owner ? std::vector<std::string>{names.back()} : names;
+  for (const auto& line : flushStages(to_flush, msg::FlushRequest::END, patience).missing) {
+    ROS_WARN_STREAM("at the end, not in the map: " << line);
   }
+  if (!program.has_map_owner) {
+    waitForMapOwner(::ros::names::resolve("scene_graph"), start + kOwnerTimeout);
+  }
+}
+
+/// Unloads the stages, the last one first.
+void endStages(nodelet::Loader& loader, const NodeletProgram& program,
+               std::vector<std::string> names) {
+  if (::ros::ok()) flushAtEnd(program, names);
   std::reverse(names.begin(), names.end());
   for (const auto& name : names) loader.unload(name);
 }
@@ -122,32 +138,13 @@ int runWithMaster(const NodeletProgram& program, const std::vector<std::string>&
   }
   handleSignals(noteSignal);
   spinUntilStopped();
-  endStages(loader, names);
+  endStages(loader, program, names);
   const int status = concludeRun(gatherer);
   ::ros::shutdown();
   return status;
 }
 
 }  // namespace
-
-FinishedStages finishStages(const std::vector<std::string>& stages) {
-  FinishedStages result;
-  msg::Finish call;
-  for (const auto& stage : stages) {
-    const std::string service = ::ros::names::append(stage, "finish");
-    if (!::ros::service::exists(service, false)) continue;
-    if (!::ros::service::call(service, call)) {
-      result.problems.push_back(service + " failed");
-    } else if (!call.response.success) {
-      result.problems.push_back(service + ": " + call.response.message);
-    }
-    call.request.last_id = call.response.last_id;
-    call.request.stamp = call.response.stamp;
-  }
-  result.last_id = call.request.last_id;
-  result.stamp = toStamp(call.request.stamp);
-  return result;
-}
 
 int runNodelets(int argc, char** argv, const NodeletProgram& program,
                 const std::vector<std::string>& options) {

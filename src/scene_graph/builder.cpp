@@ -59,6 +59,16 @@ std::size_t SceneGraphBuilder::erasePrimitives(const std::vector<PrimitiveId>& i
   return num_erased;
 }
 
+void SceneGraphBuilder::reset() {
+  const TaskList object_tasks = objects_->tasks();
+  const TaskList place_tasks = regions_->tasks();
+  objects_ = std::make_unique<ObjectLayer>(config_);
+  regions_ = std::make_unique<RegionLayer>(config_);
+  snapshot_.reset();
+  setObjectTasks(object_tasks);
+  setPlaceTasks(place_tasks);
+}
+
 PlaceUpdate SceneGraphBuilder::setPlaces(const PlaceGraphPtr& places) {
   if (places == regions_->places()) return {};
   const PlaceUpdate update = regions_->setPlaces(places);

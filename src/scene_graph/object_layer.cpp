@@ -69,7 +69,7 @@ void ObjectLayer::addOne(const ObjectPrimitivePtr& primitive, Repeated repeated,
     return;
   }
   ObjectPrimitivePtr& place = primitives_[primitive->id.value];
-  if (place != nullptr && repeated == Repeated::kDrop) {
+  if (place != nullptr && repeated == Repeated::kDrop && !place->is_provisional) {
     ++update.counters.repeated;
     return;
   }

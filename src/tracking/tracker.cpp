@@ -87,7 +87,11 @@ bool Tracker::isUsable(const RgbdFrame& frame, const Segmentation& segmentation)
 }
 
 TrackedFrame Tracker::makeIgnored(Stamp stamp, const Segmentation& segmentation) const {
-  return {stamp, std::vector<TrackId>(segmentation.numSegments()), liveIds(), {}};
+  TrackedFrame ignored;
+  ignored.stamp = stamp;
+  ignored.segment_tracks.resize(segmentation.numSegments());
+  ignored.live = liveIds();
+  return ignored;
 }
 
 TrackedFrame Tracker::update(const RgbdFrame& frame, const Segmentation& segmentation) {
@@ -122,6 +126,22 @@ TrackedFrame Tracker::finish() {
   result.stamp = last_stamp_;
   result.finished = endTracks(last_stamp_, -std::numeric_limits<double>::infinity());
   return result;
+}
+
+std::vector<Track> Tracker::describeLiveTracks(bool all) {
+  const std::size_t min_observations =
+      std::max(kMinDescribed, static_cast<std::size_t>(config_.min_observations));
+  std::vector<Track> tracks;
+  for (LiveTrack& live : live_) {
+    const std::size_t size = live.track.observations.size();
+    const bool has_grown = size >= kGrowth * live.num_described;
+    if (size < min_observations || !(all || has_grown)) continue;
+    live.num_described = size;
+    tracks.push_back(live.track);
+    tracks.back().embedding = live.mean;
+    tracks.back().views = live.views.statistics();
+  }
+  return tracks;
 }
 
 std::vector<bool> Tracker::selectSegments(const std::vector<SegmentPoints>& segments,

@@ -52,9 +52,9 @@ TEST(LaunchFile, RemappedTopicsReachTheChainAndTheMapIsSaved) {
   std_srvs::Trigger save;
   ASSERT_TRUE(ros::service::call(save_map, save));
   ASSERT_TRUE(save.response.success) << save.response.message;
-  EXPECT_EQ(std::filesystem::path(save.response.message).filename(), "tsg_launch_test");
-  const auto summary =
-      nlohmann::json::parse(std::ifstream(save.response.message + "/summary.json"));
+  const std::string folder = save.response.message.substr(0, save.response.message.find('\n'));
+  EXPECT_EQ(std::filesystem::path(folder).filename(), "tsg_launch_test");
+  const auto summary = nlohmann::json::parse(std::ifstream(folder + "/summary.json"));
   EXPECT_EQ(summary.at("counts").at("objects"), 2);
   EXPECT_TRUE(
       graphs.waitFor([](const msg::SceneGraph& graph) { return graph.objects.size() == 2; }));

@@ -42,10 +42,22 @@ int waitForExit(pid_t pid) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
+using Commands = std::vector<std::vector<std::string>>;
+
 /// The chain as the launch file runs it, in a process of its own.
+Commands makeChain() { return {{findProgram("chain_node"), "--recorded-segmentation"}}; }
+
+/// Each stage in a process of its own.
+Commands makeSeparateNodes() {
+  return {{findProgram("tracker_node")},
+          {findProgram("mesh_fusion_node")},
+          {findProgram("scene_graph_node")}};
+}
+
+/// The chain in one process or in several.
 class ChainProgram {
  public:
-  ChainProgram() {
+  explicit ChainProgram(const Commands& commands = makeChain()) {
     const std::string tasks = (folder_.path() / "objects.yaml").string();
     writeTaskFile(tasks, {"red box", "blue box"}, 0);
     ros::param::set("/scene_graph/object_tasks", tasks);
@@ -56,21 +68,22 @@ class ChainProgram {
     T_earth_world.child_frame_id = "world";
     T_earth_world.transform.rotation.w = 1.0;
     earth_.sendTransform(T_earth_world);
-    pid_ = startProgram({findProgram("chain_node"), "--recorded-segmentation"});
+    for (const auto& command : commands) pids_.push_back(startProgram(command));
   }
-  ~ChainProgram() {
-    if (pid_ > 0) interrupt();
-  }
+  ~ChainProgram() { interrupt(); }
   std::string map() const { return (folder_.path() / "map").string(); }
 
-  void play(int num_frames) {
+  void play(
+      int num_frames,
+      const std::function<RobotMessages(int)>& make = [](int i) { return makeMessages(i); }) {
     // The last stage has started, so all have subscribed.
     ASSERT_TRUE(ros::service::waitForService("/scene_graph/save_map", ros::Duration(60.0)));
     ASSERT_TRUE(tracks_.waitForPublisher());
-    ASSERT_TRUE(robot_.waitForSubscribers(1));
-    ASSERT_TRUE(robot_.waitForSegmentationSubscribers(1));
+    const auto num_processes = static_cast<std::uint32_t>(std::min<std::size_t>(2, pids_.size()));
+    ASSERT_TRUE(robot_.waitForSubscribers(num_processes));
+    ASSERT_TRUE(robot_.waitForSegmentationSubscribers(num_processes));
     for (int i = 0; i < num_frames; ++i) {
-      const RobotMessages messages = makeMessages(i);
+      const RobotMessages messages = make(i);
       robot_.publish(messages);
       ASSERT_TRUE(tracks_.waitFor([&](const msg::Tracks& message) {
         return ros_interface::toStamp(message.header.stamp) == messages.stamp;
@@ -79,12 +92,20 @@ class ChainProgram {
     }
   }
   std::size_t numLiveTracks() const { return tracks_.messages().back()->live.size(); }
-  /// As Ctrl-C; the exit status.
+  /// As Ctrl-C, which all get at once; the highest exit status.
   int interrupt() {
-    kill(pid_, SIGINT);
-    const int status = waitForExit(pid_);
-    pid_ = 0;
+    for (const pid_t pid : pids_) kill(pid, SIGINT);
+    int status = 0;
+    for (const pid_t pid : pids_) status = std::max(status, waitForExit(pid));
+    pids_.clear();
     return status;
+  }
+  nlohmann::json readSummary() const {
+    return nlohmann::json::parse(std::ifstream(map() + "/summary.json"));
+  }
+  std::string readFile(const std::string& name) const {
+    std::ifstream file(map() + "/" + name, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
   }
 
  private:
@@ -93,7 +114,7 @@ class ChainProgram {
   Robot robot_;
   tf2_ros::StaticTransformBroadcaster
       earth_;  ///< the map's frame has another name than the robot's
-  pid_t pid_ = 0;
+  std::vector<pid_t> pids_;
 };
 
 TEST(Shutdown, InterruptEndsLiveTracksAndLeavesACompleteMap) {
@@ -109,6 +130,34 @@ TEST(Shutdown, InterruptEndsLiveTracksAndLeavesACompleteMap) {
   std::string first_line;
   std::getline(ply, first_line);
   EXPECT_EQ(first_line, "ply");
+}
+
+std::size_t countPrimitives(const ChainProgram& chain) {
+  return chain.readSummary().at("counts").at("primitives").get<std::size_t>();
+}
+
+TEST(Shutdown, InterruptOfSeparateProcessesLeavesACompleteMap) {
+  ChainProgram chain(makeSeparateNodes());
+  ASSERT_NO_FATAL_FAILURE(chain.play(12));
+  ASSERT_GE(chain.numLiveTracks(), 2U);
+  EXPECT_EQ(chain.interrupt(), 0);
+  EXPECT_EQ(chain.readSummary().at("counts").at("objects"), 2);
+  const std::string mesh = chain.readFile("mesh.ply");
+  EXPECT_NE(mesh.find("object_id"), std::string::npos);
+}
+
+TEST(Shutdown, InterruptWithABacklogOfAHundredTracksLosesNone) {
+  const auto grid = [](int i) { return makeGridMessages(i); };
+  ChainProgram saved;
+  ASSERT_NO_FATAL_FAILURE(saved.play(8, grid));
+  ASSERT_GE(saved.numLiveTracks(), 100U);
+  std_srvs::Trigger save;
+  ASSERT_TRUE(ros::service::call("/scene_graph/save_map", save));
+  ASSERT_TRUE(save.response.success) << save.response.message;
+  const std::size_t expected = countPrimitives(saved);
+  EXPECT_GE(expected, 80U);
+  EXPECT_EQ(saved.interrupt(), 0);
+  EXPECT_EQ(countPrimitives(saved), expected);
 }
 
 TEST(Shutdown, LateSubscriberGetsAllPrimitivesAndTheWholeMesh) {

@@ -120,6 +120,27 @@ inline RobotMessages makeMessages(int index, double start_s = 100.0) {
   return messages;
 }
 
+/// A robot that stands still, and a segmenter that cuts the image into a grid of 144 segments.
+inline RobotMessages makeGridMessages(int index, double start_s = 100.0) {
+  RobotMessages messages = makeMessages(0, start_s + 0.1 * index);
+  constexpr int kWidth_px = 6;
+  constexpr int kHeight_px = 8;
+  Segmentation segmentation;
+  segmentation.stamp = messages.stamp;
+  segmentation.labels = cv::Mat::zeros(72, 96, CV_16UC1);
+  int label = 0;
+  for (int y = 0; y < 72; y += kHeight_px) {
+    for (int x = 0; x < 96; x += kWidth_px) {
+      segmentation.labels(cv::Rect(x, y, kWidth_px, kHeight_px)).setTo(++label);
+    }
+  }
+  segmentation.embeddings.setZero(label, kEmbeddingSize);
+  segmentation.embeddings.col(0).setOnes();
+  segmentation.confidences.assign(static_cast<std::size_t>(label), 0.9F);
+  messages.segmentation = ros_interface::toMessage(segmentation, "camera_color_optical_frame");
+  return messages;
+}
+
 /// Publishes what a robot would.
 class Robot {
  public:

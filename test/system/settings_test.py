@@ -370,7 +370,7 @@ class EndOfTheChain(LiveTest):
     def start_chain(self, *arguments):
         self.session.run("rosparam", "set", "/scene_graph/object_tasks", TASKS)
         chain = self.session.start([PROGRAMS / "chain_node", "--recorded-segmentation", *arguments], "chain")
-        wait_until(lambda: "/scene_graph/finish" in self.session.run("rosservice", "list").stdout, "the chain")
+        wait_until(lambda: "/scene_graph/flush" in self.session.run("rosservice", "list").stdout, "the chain")
         return chain
 
     def test_exit_status_is_one_where_a_map_was_asked_for_and_none_written(self):
@@ -426,7 +426,7 @@ class Programs(LiveTest):
         wait_until(lambda: "waiting for the nodelet manager /robot/camera" in launched.output(), "the message")
         manager = self.session.start(
             ["rosrun", "nodelet", "nodelet", "manager", "__name:=camera", "__ns:=/robot"], "camera")
-        services = ["/robot/task_scene_graph/%s/finish" % stage
+        services = ["/robot/task_scene_graph/%s/flush" % stage
                     for stage in ("tracker", "mesh_fusion", "scene_graph")]
         wait_until(lambda: set(services) <= set(self.session.run("rosservice", "list").stdout.split()),
                    "the stages")

@@ -46,9 +46,15 @@ struct TrackedFrame {
   std::vector<TrackId> segment_tracks;  ///< S, entry s-1 = track of segment s, invalid = none
   std::vector<TrackId> live;  ///< tracks alive after this frame, ascending; their frames are needed
   std::vector<Track> finished;  ///< tracks that ended with this frame, ascending by id
+  /// Live tracks as they would be if they ended now, ascending by id: some, now and then, or, if
+  /// `is_snapshot`, all that can give a primitive.
+  std::vector<Track> provisional{};
+  bool is_snapshot = false;  ///< somebody waits for the primitives of `provisional`
 };
 
-/// A task-agnostic object primitive x_i: one finished track, reconstructed. Immutable.
+/// A task-agnostic object primitive x_i: one finished track, reconstructed [Clio24, Sec. IV-A].
+/// Immutable; a provisional one is of a track that still lives, and is replaced by one of the same
+/// id.
 struct ObjectPrimitive {
   PrimitiveId id;
   TrackId track;
@@ -61,6 +67,7 @@ struct ObjectPrimitive {
   std::uint32_t num_observations = 0;
   ViewStatistics views;
   ColorImage thumbnail;  ///< the best view's surroundings, RGB; empty if its frame was gone
+  bool is_provisional = false;
 };
 
 using ObjectPrimitivePtr = std::shared_ptr<const ObjectPrimitive>;

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <map>
+#include <memory>
 #include <set>
 #include <vector>
 
@@ -38,7 +40,8 @@ struct FrameBufferCounters {
 };
 
 /// Keeps the frames in which live tracks were seen, so that an object can be reconstructed when its
-/// track ends. Frames are shared, never copied; the memory they hold is bounded.
+/// track ends. Frames are shared, never copied; the memory they hold is bounded. What it hands out
+/// stays alive beyond it: aliveBytes() counts that, too.
 ///
 /// Order of calls per frame: addFrame(), addSegmentation() once there is one, update() with what
 /// the tracker says of it, after the tracks that it names as finished were reconstructed or their
@@ -47,6 +50,8 @@ class FrameBuffer {
  public:
   /// @throws config::ConfigError if a value is out of range.
   explicit FrameBuffer(const FrameBufferConfig& config);
+  /// @param alive  counter of the bytes alive, shared by several buffers
+  FrameBuffer(const FrameBufferConfig& config, std::shared_ptr<std::atomic<std::size_t>> alive);
 
   /// Keeps a frame until it is known whether a track needs it. A frame with a stamp already there
   /// replaces that one. O(log frames).
@@ -67,6 +72,11 @@ class FrameBuffer {
   std::vector<SegmentedFrame> collect(const Track& track) const;
 
   const FrameBufferCounters& counters() const { return counters_; }
+  /// Bytes of segmented frames that this buffer holds, or anybody to whom it gave them. From any
+  /// thread.
+  std::size_t aliveBytes() const { return *alive_; }
+  /// Lets the oldest frame go. False if there is none.
+  bool evictOldest();
 
  private:
   struct Entry {
@@ -81,6 +91,7 @@ class FrameBuffer {
   void evictWhileFull();
 
   std::size_t max_bytes_;
+  std::shared_ptr<std::atomic<std::size_t>> alive_;
   Entries entries_;  ///< by time
   FrameBufferCounters counters_;
 };

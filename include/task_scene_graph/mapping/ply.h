@@ -21,8 +21,4 @@ void writePly(const std::filesystem::path& path, const Mesh& mesh);
 void writePly(const std::filesystem::path& path, const Mesh& mesh,
               const std::vector<std::int32_t>& object_ids, const std::string& frame = "");
 
-/// The number of vertices that a PLY file's header gives. @throws std::runtime_error naming the
-/// file if it is none.
-std::size_t countPlyVertices(const std::filesystem::path& path);
-
 }  // namespace tsg::mapping

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <mutex>
 #include <thread>
@@ -11,6 +13,14 @@
 #include "task_scene_graph/mapping/object_reconstructor.h"
 
 namespace tsg::mapping {
+
+/// A track's result, and whether the track had ended.
+struct PooledResult {
+  ReconstructionResult result;
+  TrackId track;
+  std::size_t num_observations = 0;
+  bool is_provisional = false;
+};
 
 /// Reconstructs objects on a few threads of its own, at a lower priority than the caller's (where
 /// the system knows priorities of threads). Results come back in the order of submission and do not
@@ -26,24 +36,30 @@ class ReconstructionPool {
   ReconstructionPool(const ReconstructionPool&) = delete;
   ReconstructionPool& operator=(const ReconstructionPool&) = delete;
 
-  /// Hands over a finished track with the frames of its observations (FrameBuffer::collect), kept
+  /// Hands over a track with the frames of its observations (FrameBuffer::collect), kept
   /// alive until it is reconstructed. Waits while `max_pending` tracks are pending. Frames that the
   /// reconstructor rejects with an exception give the status kBadFrames.
-  void submit(Track track, std::vector<SegmentedFrame> frames);
+  void submit(Track track, std::vector<SegmentedFrame> frames, bool is_provisional = false);
 
   /// What is done of the oldest tracks without a gap, each result once. Primitives have no id yet.
-  std::vector<ReconstructionResult> take();
+  std::vector<PooledResult> take();
   /// Waits until nothing is pending, then as take().
-  std::vector<ReconstructionResult> takeAll();
+  std::vector<PooledResult> takeAll();
+  /// Waits until a track is done that was not when it was called, nothing is pending, or the time
+  /// is over.
+  void waitForProgress(std::chrono::milliseconds timeout);
 
   /// Tracks submitted and not yet reconstructed.
   std::size_t numPending() const;
+  /// Tracks ever reconstructed.
+  std::uint64_t numDone() const;
 
  private:
   struct Job {
     Track track;
     std::vector<SegmentedFrame> frames;
     ReconstructionResult result;
+    bool is_provisional = false;
     bool is_done = false;
   };
 
@@ -57,6 +73,7 @@ class ReconstructionPool {
   std::deque<Job> jobs_;     ///< submitted, result not taken; references stay valid at the ends
   std::size_t started_ = 0;  ///< of jobs_, from the front: a thread has them or has done them
   std::size_t pending_ = 0;
+  std::uint64_t num_done_ = 0;
   bool is_stopped_ = false;
   std::vector<std::thread> threads_;
 };

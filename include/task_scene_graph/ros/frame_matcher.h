@@ -25,7 +25,11 @@ class FrameMatcher {
 
   /// Frames older than the match are forgotten: segmentations come in order.
   std::optional<Match> addFrame(RgbdFramePtr frame);
-  std::optional<Match> addSegmentation(SegmentationPtr segmentation);
+  /// @param epoch  of its stamps: one that is over is passed over, one that is still to come waits
+  /// for startEpoch()
+  std::optional<Match> addSegmentation(SegmentationPtr segmentation, std::uint32_t epoch = 1);
+  /// Stamps start anew: forgets all that is not of this epoch. Counts from 1.
+  void startEpoch(std::uint32_t epoch);
   /// Forgets everything.
   void clear();
 
@@ -36,10 +40,16 @@ class FrameMatcher {
  private:
   Match finish(RgbdFramePtr frame, SegmentationPtr segmentation);
 
+  struct Waiting {
+    SegmentationPtr segmentation;
+    std::uint32_t epoch = 1;
+  };
+
   const std::size_t max_frames_;
   mutable std::mutex mutex_;
-  std::deque<RgbdFramePtr> frames_;            ///< ascending by stamp
-  std::deque<SegmentationPtr> segmentations_;  ///< ascending by stamp
+  std::deque<RgbdFramePtr> frames_;    ///< ascending by stamp
+  std::deque<Waiting> segmentations_;  ///< ascending by epoch and stamp
+  std::uint32_t epoch_ = 1;
   std::uint64_t num_unmatched_ = 0;
 };
 

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <task_scene_graph/Finish.h>
+#include <task_scene_graph/Flush.h>
 #include <task_scene_graph/Mesh.h>
 #include <task_scene_graph/MeshUpdate.h>
 #include <task_scene_graph/ObjectPrimitives.h>
 #include <task_scene_graph/Octomap.h>
 #include <task_scene_graph/OctomapChanges.h>
 #include <task_scene_graph/PlaceGraph.h>
+#include <task_scene_graph/SaveMesh.h>
 #include <task_scene_graph/SceneGraph.h>
 #include <task_scene_graph/Segmentation.h>
 #include <task_scene_graph/StageSettings.h>

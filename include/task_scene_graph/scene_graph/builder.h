@@ -41,8 +41,8 @@ class SceneGraphBuilder {
   void setConfig(const SceneGraphConfig& config);
   const SceneGraphConfig& config() const { return config_; }
 
-  /// Adds finished primitives. Bad ones are dropped, counted, and the first of them is explained in
-  /// the result's `error`.
+  /// Adds primitives; one takes the place of a provisional one of its id. Bad ones are dropped,
+  /// counted, and the first of them is explained in the result's `error`.
   /// @param repeated  kReplace: a primitive takes the place of the one of its id, if there is one;
   /// its cluster keeps its id where it keeps its members
   PrimitiveUpdate addPrimitives(const std::vector<ObjectPrimitivePtr>& primitives,
@@ -50,6 +50,10 @@ class SceneGraphBuilder {
 
   /// Takes primitives out; unknown ids are passed over. Returns how many were here. O(primitives).
   std::size_t erasePrimitives(const std::vector<PrimitiveId>& ids);
+
+  /// Forgets all primitives and places; tasks and configuration stay, ids of objects and regions
+  /// start anew.
+  void reset();
 
   /// Replaces the place graph; only what differs from the one before is touched.
   /// @throws std::invalid_argument if `places` is null or is not as PlaceGraph says (order of ids,

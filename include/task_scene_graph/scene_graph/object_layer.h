@@ -33,7 +33,8 @@ struct PrimitiveCounters {
   PrimitiveCounters& operator+=(const PrimitiveCounters& other);
 };
 
-/// What is done with a primitive whose id is here already.
+/// What is done with a primitive whose id is that of a finished one; in the place of a provisional
+/// one it is put in any case.
 enum class Repeated { kDrop, kReplace };
 
 struct PrimitiveUpdate {

@@ -138,8 +138,16 @@ class Tracker {
   /// Ends every live track. The tracker can go on with later frames.
   TrackedFrame finish();
 
+  /// Live tracks with kMinDescribed observations or more as they would be if they ended now,
+  /// ascending by id: those that have kGrowth times as many as when they were last described, or
+  /// all of them. So each is described O(log observations) times. Changes no track.
+  static constexpr std::size_t kMinDescribed = 4;
+  static constexpr std::size_t kGrowth = 3;
+  std::vector<Track> describeLiveTracks(bool all);
+
   const TrackerCounters& counters() const { return counters_; }
   std::size_t numLiveTracks() const { return live_.size(); }
+  std::vector<TrackId> liveIds() const;  ///< ascending
 
  private:
   struct LiveTrack {
@@ -149,6 +157,7 @@ class Tracker {
     Embedding mean;  ///< feature_sum / feature_weight
     VoxelSet last_voxels;
     ViewRecorder views;
+    std::size_t num_described = 0;  ///< observations when it was last described
   };
   /// What a frame shows of its segments, by index.
   struct FrameSegments {
@@ -172,7 +181,6 @@ class Tracker {
   void observe(LiveTrack& track, std::size_t segment, FrameSegments& segments);
   double computeFeatureWeight(const SegmentView& view, std::size_t pixels) const;
   std::vector<Track> endTracks(Stamp now, double window_s);
-  std::vector<TrackId> liveIds() const;
 
   TrackerConfig config_;
   AssociationThresholds thresholds_;

@@ -46,11 +46,11 @@ TEST(ReconstructionPool, ResultsComeInOrderAndDoNotDependOnThreads) {
     const auto results = pool.takeAll();
     ASSERT_EQ(results.size(), tracks.size());
     for (std::size_t i = 0; i < tracks.size(); ++i) {
-      ASSERT_TRUE(results[i].primitive);
+      ASSERT_TRUE(results[i].result.primitive);
       const auto alone = reconstructor.reconstruct(tracks[i].track, tracks[i].frames, {1});
-      EXPECT_EQ(results[i].primitive->track, tracks[i].track.id);
-      EXPECT_EQ(results[i].primitive->mesh.vertices, alone.primitive->mesh.vertices);
-      EXPECT_FALSE(results[i].primitive->id.isValid());
+      EXPECT_EQ(results[i].result.primitive->track, tracks[i].track.id);
+      EXPECT_EQ(results[i].result.primitive->mesh.vertices, alone.primitive->mesh.vertices);
+      EXPECT_FALSE(results[i].result.primitive->id.isValid());
     }
     EXPECT_EQ(pool.numPending(), 0U);
     EXPECT_TRUE(pool.take().empty());
@@ -62,8 +62,8 @@ TEST(ReconstructionPool, EveryResultIsTakenOnce) {
   const ObjectReconstructor reconstructor({});
   ReconstructionPool pool(reconstructor, 2, 100);
   std::vector<TrackId> taken;
-  const auto keep = [&](const std::vector<ReconstructionResult>& results) {
-    for (const auto& result : results) taken.push_back(result.primitive->track);
+  const auto keep = [&](const std::vector<PooledResult>& results) {
+    for (const auto& result : results) taken.push_back(result.track);
   };
   for (const auto& seen : tracks) {
     pool.submit(seen.track, seen.frames);
@@ -85,9 +85,9 @@ TEST(ReconstructionPool, BadFramesAreAResultNotAnEnd) {
   for (const auto& seen : tracks) pool.submit(seen.track, seen.frames);
   const auto results = pool.takeAll();
   ASSERT_EQ(results.size(), 3U);
-  EXPECT_EQ(results[0].status, ReconstructionStatus::kReconstructed);
-  EXPECT_EQ(results[1].status, ReconstructionStatus::kBadFrames);
-  EXPECT_EQ(results[2].status, ReconstructionStatus::kBadFrames);
+  EXPECT_EQ(results[0].result.status, ReconstructionStatus::kReconstructed);
+  EXPECT_EQ(results[1].result.status, ReconstructionStatus::kBadFrames);
+  EXPECT_EQ(results[2].result.status, ReconstructionStatus::kBadFrames);
 }
 
 TEST(ReconstructionPool, FramesAreLetGoOnceReconstructed) {

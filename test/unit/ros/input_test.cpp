@@ -4,7 +4,9 @@
 #include <atomic>
 #include <condition_variable>
 #include <mutex>
+#include <thread>
 
+#include "task_scene_graph/ros/arrivals.h"
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/parameters.h"
 #include "task_scene_graph/ros/pose_waiter.h"
@@ -75,6 +77,99 @@ TEST(Worker, FullQueueDropsItsOldestItem) {
   EXPECT_EQ(dropped, 3U);
   EXPECT_EQ(dropped_items, (std::vector<int>{1, 2, 3}));
   EXPECT_EQ(handled, (std::vector<int>{0, 4, 5}));
+}
+
+TEST(Worker, OrdersNeverDropAndKeepTheirPlaceAmongItems) {
+  Gate gate;
+  std::vector<int> handled;
+  Worker<int> worker(2, [&](int item) {
+    if (item == 0) gate.pass();
+    handled.push_back(item);
+  });
+  worker.push(0);
+  ASSERT_TRUE(gate.waitForSomebody());
+  std::size_t dropped = 0;
+  for (int i = 1; i <= 4; ++i) {
+    EXPECT_TRUE(worker.pushOrder(100 + i));
+    dropped += worker.push(i);
+  }
+  gate.open();
+  ASSERT_TRUE(worker.waitIdle(deadline()));
+  EXPECT_EQ(dropped, 2U);
+  EXPECT_EQ(handled, (std::vector<int>{0, 101, 102, 103, 3, 104, 4}));
+}
+
+TEST(Worker, WaitingIsForWhatIsQueuedNowWhateverFollows) {
+  Gate first;
+  Gate second;
+  Worker<int> worker(2, [&](int item) {
+    if (item == 0) first.pass();
+    if (item == 9) second.pass();
+  });
+  worker.push(0);
+  ASSERT_TRUE(first.waitForSomebody());
+  worker.pushOrder(1);
+  std::thread feeder([&] {
+    first.open();
+    worker.pushOrder(9);
+  });
+  EXPECT_TRUE(worker.waitHandled({deadline()}));
+  feeder.join();
+  ASSERT_TRUE(second.waitForSomebody());
+  EXPECT_GT(worker.size(), 0U);
+  second.open();
+}
+
+TEST(Worker, ItemsThatDropDoNotCountAsTheOrderBeforeThem) {
+  Gate gate;
+  Worker<int> worker(1, [&](int) { gate.pass(); });
+  worker.push(0);
+  ASSERT_TRUE(gate.waitForSomebody());
+  worker.pushOrder(1);
+  std::thread feeder([&] {
+    for (int i = 0; i < 20; ++i) worker.push(i);
+  });
+  feeder.join();
+  EXPECT_FALSE(worker.waitHandled({deadline(), std::chrono::milliseconds(50)}));
+  gate.open();
+  EXPECT_TRUE(worker.waitHandled({deadline()}));
+}
+
+TEST(Worker, AStoppedOneTakesNoOrders) {
+  Worker<int> worker(1, [](int) {});
+  worker.stop();
+  EXPECT_FALSE(worker.pushOrder(1));
+  EXPECT_TRUE(worker.waitHandled({deadline()}));
+}
+
+TEST(Patience, WhoStillWorksIsNotLate) {
+  const auto start = steady_clock::now();
+  const auto has_passed = [&](int ms) {
+    return steady_clock::now() - start > std::chrono::milliseconds(ms);
+  };
+  std::uint64_t progress = 0;
+  const Patience patience{deadline(), std::chrono::milliseconds(500)};
+  EXPECT_TRUE(
+      waitPatiently([&] { return has_passed(1200); }, [&] { return ++progress; }, patience));
+}
+
+TEST(Patience, EndsWhereNothingMovesOrTheDeadlinePasses) {
+  const auto never = [] { return false; };
+  std::uint64_t progress = 0;
+  EXPECT_FALSE(waitPatiently(never, [] { return 1; }, {deadline(), std::chrono::milliseconds(30)}));
+  EXPECT_FALSE(waitPatiently(never, [&] { return ++progress; },
+                             {steady_clock::now() + std::chrono::milliseconds(30)}));
+}
+
+TEST(Arrivals, WaitForAMessageOrAnyLaterOne) {
+  Arrivals arrivals;
+  const Patience brief{deadline(), std::chrono::milliseconds(20)};
+  EXPECT_TRUE(arrivals.wait(0, brief));
+  EXPECT_FALSE(arrivals.wait(1, brief));
+  arrivals.note(3);
+  EXPECT_TRUE(arrivals.wait(1, brief));
+  EXPECT_TRUE(arrivals.wait(3, brief));
+  EXPECT_FALSE(arrivals.wait(4, brief));
 }
 
 TEST(Worker, MailboxKeepsTheNewestItem) {

@@ -255,6 +255,30 @@ TEST(FrameMatcher, EitherMayComeFirstAndOnlyEqualStampsMeet) {
   EXPECT_TRUE(matcher.addFrame(frame(3.0)));
 }
 
+TEST(FrameMatcher, AnEpochsSegmentationsMeetItsOwnFramesOnly) {
+  FrameMatcher matcher(10);
+  const auto frame = [](double s) {
+    auto made = std::make_shared<RgbdFrame>();
+    made->stamp = Stamp::fromSeconds(s);
+    return made;
+  };
+  const auto segmentation = [](double s) {
+    auto made = std::make_shared<Segmentation>();
+    made->stamp = Stamp::fromSeconds(s);
+    return made;
+  };
+  EXPECT_FALSE(matcher.addFrame(frame(9.0)));
+  EXPECT_FALSE(matcher.addSegmentation(segmentation(1.0), 2));  // the jump is not noticed here yet
+  EXPECT_FALSE(matcher.addFrame(frame(10.0)));
+  matcher.startEpoch(2);
+  EXPECT_EQ(matcher.numFrames(), 0U);
+  EXPECT_FALSE(matcher.addSegmentation(segmentation(10.0), 1));  // late, of the epoch before
+  EXPECT_TRUE(matcher.addFrame(frame(1.0)));
+  EXPECT_FALSE(matcher.addFrame(frame(10.0)));
+  EXPECT_EQ(matcher.numUnmatchedSegmentations(), 1U);
+  EXPECT_TRUE(matcher.addSegmentation(segmentation(10.0), 2));
+}
+
 TEST(FrameMatcher, KeepsABoundedNumberOfFrames) {
   FrameMatcher matcher(3);
   for (int i = 0; i < 10; ++i) {

@@ -93,6 +93,56 @@ TEST_P(RandomObjects, AreTheRelevantClustersOfABatchRunHoweverPrimitivesArrive) 
   EXPECT_FALSE(layer.computeObjects().empty());
 }
 
+/// The same primitive as it was while its track lived: with another box and embedding.
+ObjectPrimitivePtr makeProvisional(const ObjectPrimitive& primitive, RandomWorld& world) {
+  auto provisional = std::make_shared<ObjectPrimitive>(primitive);
+  provisional->is_provisional = true;
+  provisional->box.max() += Eigen::Vector3d::Constant(world.draw(0, 0.3));
+  provisional->embedding = Embedding{};
+  if (world.draw(0, 1) > 0.2) provisional->embedding = world.makeEmbedding(1.0F);
+  return provisional;
+}
+
+TEST_P(RandomObjects, AreThoseOfABatchRunOverWhatIsThereWhileProvisionalOnesComeAndGo) {
+  ObjectLayer layer({});
+  layer.setTasks(world_.tasks());
+  std::map<std::uint64_t, ObjectPrimitivePtr> present;
+  for (int step = 0; step < 400; ++step) {
+    const auto& primitive = primitives_[world_.drawIndex(primitives_.size())];
+    const double action = world_.draw(0, 1);
+    const auto known = present.find(primitive->id.value);
+    const bool is_final = known != present.end() && !known->second->is_provisional;
+    if (action < 0.2) {
+      if (!is_final) layer.erase({primitive->id});
+      if (!is_final) present.erase(primitive->id.value);
+      continue;
+    }
+    const ObjectPrimitivePtr given = action < 0.7 ? makeProvisional(*primitive, world_) : primitive;
+    layer.add({given});
+    if (!is_final) present[primitive->id.value] = given;
+    if (step % 40 != 0) continue;
+    Primitives list;
+    for (const auto& entry : present) list.push_back(entry.second);
+    ASSERT_EQ(listMembers(layer.computeObjects()), clusterDirectly({}, world_.tasks(), list));
+  }
+  EXPECT_GT(layer.counters().replaced, 0U);
+  EXPECT_GT(layer.counters().repeated, 0U);
+}
+
+TEST_P(RandomObjects, EndWhereTheyWouldHaveWithoutProvisionalOnes) {
+  ObjectLayer layer({});
+  layer.setTasks(world_.tasks());
+  for (const auto& primitive : primitives_) {
+    layer.add({makeProvisional(*primitive, world_)});
+    layer.computeObjects();
+    layer.add({primitive});
+  }
+  const auto expected = computeObjects({}, world_.tasks(), primitives_);
+  const auto objects = layer.computeObjects();
+  EXPECT_EQ(listMembers(objects), listMembers(expected));
+  EXPECT_EQ(layer.primitives(), primitives_);
+}
+
 TEST_P(RandomObjects, DescribeTheirPrimitives) {
   SceneGraphConfig config;
   config.object_delta = 5e-3;

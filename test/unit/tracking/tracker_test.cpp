@@ -259,6 +259,51 @@ TEST(Tracker, FinishEndsEveryTrackAscendingById) {
   EXPECT_LT(ended.finished[2].id, later.segment_tracks[0]);
 }
 
+TEST(Tracker, LiveTracksAreDescribedAsTheyWouldEndAndGoOn) {
+  Tracker tracker{TrackerConfig{}};
+  Tracker undisturbed{TrackerConfig{}};
+  for (int i = 0; i < 6; ++i) {
+    const WallCamera wall = wallAt(1.0 + 0.1 * i).add(0, 4, kForward);
+    wall.giveTo(tracker);
+    wall.giveTo(undisturbed);
+    tracker.describeLiveTracks(true);
+  }
+  const auto described = tracker.describeLiveTracks(true);
+  const auto ended = tracker.finish();
+  const auto expected = undisturbed.finish();
+  ASSERT_EQ(described.size(), 1U);
+  ASSERT_EQ(ended.finished.size(), 1U);
+  EXPECT_EQ(described[0].id, ended.finished[0].id);
+  EXPECT_EQ(described[0].observations.size(), 6U);
+  EXPECT_EQ(described[0].last_seen, ended.finished[0].last_seen);
+  EXPECT_EQ(described[0].views.best_pixels, ended.finished[0].views.best_pixels);
+  EXPECT_EQ(described[0].embedding, ended.finished[0].embedding);
+  EXPECT_EQ(ended.finished[0].embedding, expected.finished[0].embedding);
+  EXPECT_EQ(ended.finished[0].observations.size(), expected.finished[0].observations.size());
+}
+
+TEST(Tracker, LiveTracksAreDescribedEachTimeTheyHaveTripled) {
+  Tracker tracker{TrackerConfig{}};
+  std::vector<std::size_t> sizes;
+  for (int i = 0; i < 40; ++i) {
+    wallAt(1.0 + 0.1 * i).add(0, 4, kForward).giveTo(tracker);
+    for (const Track& track : tracker.describeLiveTracks(false)) {
+      sizes.push_back(track.observations.size());
+    }
+  }
+  EXPECT_EQ(sizes, (std::vector<std::size_t>{4, 12, 36}));
+}
+
+TEST(Tracker, TracksThatWouldBeDroppedAreNotDescribed) {
+  TrackerConfig config;
+  config.min_observations = 6;
+  Tracker tracker{config};
+  for (int i = 0; i < 5; ++i) wallAt(1.0 + 0.1 * i).add(0, 4, kForward).giveTo(tracker);
+  EXPECT_TRUE(tracker.describeLiveTracks(true).empty());
+  wallAt(2.0).add(0, 4, kForward).giveTo(tracker);
+  EXPECT_EQ(tracker.describeLiveTracks(true).size(), 1U);
+}
+
 TEST(Tracker, MeanCountsEveryObservationTheFirstIncluded) {
   Tracker tracker{configWith(-0.99, 0.5)};
   wallAt(1.0).add(0, 4, makeEmbedding({1.0F, 0.0F})).giveTo(tracker);
