@@ -246,13 +246,13 @@ class InputFormsOfTheMap : public InputForms {
       publishImages(messages);
     }
     ASSERT_TRUE(waitForValue("processed", kNumFrames)) << read("processed");
-    msg::Finish finish;
-    ASSERT_TRUE(ros::service::call("/" + name_ + "/finish", finish));
-    ASSERT_TRUE(finish.response.success) << finish.response.message;
-    finish.request.last_id = finish.response.last_id;
-    finish.request.stamp = finish.response.stamp;
-    ASSERT_TRUE(ros::service::call("/" + name_ + "_mesh/finish", finish));
-    ASSERT_TRUE(finish.response.success) << finish.response.message;
+    msg::Flush flush;
+    flush.request.mode = msg::FlushRequest::END;
+    ASSERT_TRUE(ros::service::call("/" + name_ + "/flush", flush));
+    ASSERT_TRUE(flush.response.success) << flush.response.missing.front();
+    flush.request.sequence = flush.response.sequence;
+    ASSERT_TRUE(ros::service::call("/" + name_ + "_mesh/flush", flush));
+    ASSERT_TRUE(flush.response.success) << flush.response.missing.front();
     const Stamp newest = makeMessages(kNumFrames - 1).stamp;
     ASSERT_TRUE(mesh_->waitFor([&](const msg::MeshUpdate& update) {
       return ros_interface::toStamp(update.header.stamp) == newest;
