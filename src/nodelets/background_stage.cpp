@@ -6,7 +6,7 @@
 
 #include "mesh_fusion_report.h"
 #include "task_scene_graph/core/period.h"
-#include "task_scene_graph/pipeline/map_files.h"
+#include "task_scene_graph/map/files.h"
 
 namespace tsg::nodelets {
 namespace {
@@ -155,8 +155,8 @@ std::vector<WrittenFile> BackgroundStage::writeFiles(
   const mapping::MeshTable meshes = fusion_->surface.meshes();
   lock.unlock();
   std::vector<WrittenFile> files{
-      pipeline::writeMeshFile(folder, mergeMeshes(meshes), primitives, object_of_primitive,
-                              options_.fusion.background.tsdf.voxel_size_m, options_.world_frame)};
+      map::writeMeshFile(folder, mergeMeshes(meshes), primitives, object_of_primitive,
+                         options_.fusion.background.tsdf.voxel_size_m, options_.world_frame)};
   if (occupancy_) {
     for (auto& file : occupancy_->writeFiles(folder)) files.push_back(std::move(file));
   }

@@ -70,7 +70,7 @@ class BackgroundStage {
   std::uint64_t placeSequence() const { return places_.sequence(); }
 
   /// Writes `mesh.ply` with the given objects, and the occupancy map's files, as of now.
-  /// @throws as pipeline::writeMeshFile() and pipeline::writeOccupancyFiles().
+  /// @throws as map::writeMeshFile() and map::writeOccupancyFiles().
   std::vector<WrittenFile> writeFiles(
       const std::filesystem::path& folder, const std::vector<ObjectPrimitivePtr>& primitives,
       const std::map<PrimitiveId, std::int32_t>& object_of_primitive);

@@ -47,7 +47,7 @@ class MeshFusionNodelet : public StageNodelet {
   MeshFusionNodeletConfig config_;
   std::map<PrimitiveId, std::int32_t>
       object_of_primitive_;  ///< as last told; of the services' thread
-  bool is_saved_ = false;    ///< all that the destructor would write; of the services' thread
+  Stamp saved_frame_;  ///< newest one that a call at the end has saved; of the services' thread
   ros::ServiceServer save_server_;
   std::unique_ptr<BackgroundStage> background_;
   std::unique_ptr<ObjectStage> objects_;
@@ -68,8 +68,10 @@ MeshFusionNodelet::~MeshFusionNodelet() {
   input_.reset();
   background_->stop();
   objects_->stop();
-  ros_interface::EndReport end{getName(), is_saved_ ? "" : config_.output, {}, "", ""};
-  if (background_->newestFrame() == Stamp{}) end.reason = report().describeInput("colour image");
+  const Stamp newest = background_->newestFrame();
+  const bool is_saved = newest != Stamp{} && newest == saved_frame_;
+  ros_interface::EndReport end{getName(), is_saved ? "" : config_.output, {}, "", ""};
+  if (newest == Stamp{}) end.reason = report().describeInput("colour image");
   try {
     if (end.reason.empty() && !end.folder.empty()) end.files = writeFiles(config_.output);
   } catch (const std::exception& e) {
@@ -93,8 +95,7 @@ void MeshFusionNodelet::startStages() {
   background_ = std::make_unique<BackgroundStage>(
       handle,
       BackgroundStageOptions{config_.background_fusion, world_frame, config_.mesh_period_s,
-                             config_.octomap_period_s,
-                             static_cast<std::size_t>(config_.queue_size),
+                             config_.octomap_period_s, static_cast<std::size_t>(config_.queue_size),
                              1000000U * static_cast<std::size_t>(config_.queue_megabytes)},
       report());
   objects_ = std::make_unique<ObjectStage>(
@@ -192,8 +193,8 @@ bool MeshFusionNodelet::saveMesh(msg::SaveMeshRequest& request, msg::SaveMeshRes
     const std::filesystem::path folder =
         request.folder.empty() ? config_.output : std::filesystem::path(request.folder);
     if (folder.empty()) throw std::runtime_error("parameter 'output' is not set");
-    const bool has_frames = background_->newestFrame() != Stamp{};
-    if (!has_frames) throw std::runtime_error(report().describeInput("colour image"));
+    const Stamp newest = background_->newestFrame();
+    if (newest == Stamp{}) throw std::runtime_error(report().describeInput("colour image"));
     noteObjects(request);
     for (const auto& file : writeFiles(folder)) {
       response.files.push_back(file.name);
@@ -201,7 +202,7 @@ bool MeshFusionNodelet::saveMesh(msg::SaveMeshRequest& request, msg::SaveMeshRes
     }
     response.message = (folder / "mesh.ply").string();
     response.success = 1;
-    is_saved_ = request.is_end != 0;
+    if (request.is_end != 0) saved_frame_ = newest;
   } catch (const std::exception& e) {
     response.message = std::string("mesh not saved: ") + e.what();
     response.success = 0;

@@ -112,14 +112,19 @@ void ObjectStage::store(const pipeline::ObjectUpdate& update) {
 }
 
 void ObjectStage::sendAll(ros_interface::PartSender& sender) const {
-  const std::vector<ObjectPrimitivePtr> all = primitives();
-  for (auto next = all.begin(); next != all.end() && sender.waitForRoom();) {
+  PrimitiveId last;
+  while (sender.waitForRoom()) {
+    // Sent under the lock: whatever replaces or withdraws one of the part is published after it.
+    const std::lock_guard<std::mutex> lock(primitives_mutex_);
     std::vector<ObjectPrimitivePtr> part;
     std::size_t bytes = 0;
-    for (; next != all.end() && bytes < ros_interface::PartSender::kMaxPartBytes; ++next) {
-      bytes += countBytes(**next);
-      part.push_back(*next);
+    for (auto next = primitives_.upper_bound(last);
+         next != primitives_.end() && bytes < ros_interface::PartSender::kMaxPartBytes; ++next) {
+      bytes += countBytes(*next->second);
+      part.push_back(next->second);
     }
+    if (part.empty()) return;
+    last = part.back()->id;
     const auto message =
         ros_interface::toMessage(part, part.back()->last_seen, options_.world_frame);
     message->epoch = epoch_.epoch();

@@ -12,7 +12,7 @@
 
 #include "chain_config.h"
 #include "stage_nodelet.h"
-#include "task_scene_graph/pipeline/map_files.h"
+#include "task_scene_graph/map/files.h"
 #include "task_scene_graph/plausibility/embedding_checks.h"
 #include "task_scene_graph/ros/arrivals.h"
 #include "task_scene_graph/ros/flush.h"
@@ -85,7 +85,8 @@ class SceneGraphNodelet : public StageNodelet {
   void flushOwn(const ros_interface::Patience& patience, ros_interface::FlushedStages& flushed);
   /// Writes all files, the graph's last. Problems with the mesh are added to `flushed`.
   /// @throws std::runtime_error if there is no graph, or it cannot be written
-  std::vector<WrittenFile> writeMap(bool is_end, ros_interface::FlushedStages& flushed);
+  std::vector<WrittenFile> writeMap(const scene_graph::SceneGraphPtr& graph, bool is_end,
+                                    ros_interface::FlushedStages& flushed);
   /// Nothing if there is no such stage, or if it could not be saved.
   std::vector<WrittenFile> saveUpstreamMesh(const scene_graph::SceneGraph& graph, bool is_end,
                                             ros_interface::FlushedStages& flushed);
@@ -110,6 +111,7 @@ class SceneGraphNodelet : public StageNodelet {
   scene_graph::SceneGraphPtr graph_;
   std::atomic<std::uint64_t> num_resets_{0};  ///< of the builder
   std::vector<WrittenFile> files_at_end_;     ///< written by flush; of the services' thread
+  scene_graph::SceneGraphPtr graph_at_end_;   ///< ... and what they hold
   ros_interface::Arrivals primitives_;
   ros_interface::Arrivals places_;
   ros::Publisher graph_publisher_;
@@ -128,15 +130,13 @@ SceneGraphNodelet::~SceneGraphNodelet() {
   if (worker_ == nullptr) return;
   primitives_subscriber_.shutdown();
   places_subscriber_.shutdown();
-  if (files_at_end_.empty()) {
-    worker_->waitIdle(std::chrono::steady_clock::now() + std::chrono::seconds(10));
-  }
+  worker_->waitIdle(std::chrono::steady_clock::now() + std::chrono::seconds(10));
   worker_->stop();
   ros_interface::EndReport end{getName(), config_.output, files_at_end_, "", ""};
   if (isEmpty(graph_)) end.reason = explainEmpty();
-  const bool is_to_write = end.files.empty() && end.reason.empty() && !end.folder.empty();
+  const bool is_written = graph_at_end_ == graph_;
   try {
-    if (is_to_write) end.files = writeGraph(*graph_);
+    if (!is_written && end.reason.empty() && !end.folder.empty()) end.files = writeGraph(*graph_);
   } catch (const std::exception& e) {
     end.problem = std::string("map not saved: ") + e.what();
   }
@@ -291,7 +291,9 @@ msg::FlushResponse SceneGraphNodelet::flush(const msg::FlushRequest& request,
   if (request.mode == msg::FlushRequest::END) {
     flushed = flushChain(request.mode, patience);
     try {
-      if (!config_.output.empty()) files_at_end_ = writeMap(true, flushed);
+      const scene_graph::SceneGraphPtr newest = graph();
+      if (!config_.output.empty()) files_at_end_ = writeMap(newest, true, flushed);
+      graph_at_end_ = newest;
     } catch (const std::exception& e) {
       flushed.missing.push_back(getName() + ": " + e.what());
     }
@@ -311,7 +313,7 @@ bool SceneGraphNodelet::saveMap(std_srvs::Trigger::Request&,
     if (config_.output.empty()) throw std::runtime_error("parameter 'output' is not set");
     auto flushed = flushChain(msg::FlushRequest::SNAPSHOT,
                               ros_interface::Patience::from(kSaveTimeout_s, kSaveQuiet_s));
-    const std::vector<WrittenFile> files = writeMap(false, flushed);
+    const std::vector<WrittenFile> files = writeMap(graph(), false, flushed);
     NODELET_INFO_STREAM("[" << getName() << "] " << describeWritten(config_.output, files));
     response.message = config_.output.string();
     for (const auto& line : flushed.contents) response.message += "\n" + line;
@@ -357,12 +359,12 @@ scene_graph::SceneGraphPtr SceneGraphNodelet::graph() {
   return graph_;
 }
 
-std::vector<WrittenFile> SceneGraphNodelet::writeMap(bool is_end,
+std::vector<WrittenFile> SceneGraphNodelet::writeMap(const scene_graph::SceneGraphPtr& graph,
+                                                     bool is_end,
                                                      ros_interface::FlushedStages& flushed) {
-  const scene_graph::SceneGraphPtr newest = graph();
-  if (isEmpty(newest)) throw std::runtime_error(explainEmpty());
-  const std::vector<WrittenFile> mesh = saveUpstreamMesh(*newest, is_end, flushed);
-  std::vector<WrittenFile> files = writeGraph(*newest);
+  if (isEmpty(graph)) throw std::runtime_error(explainEmpty());
+  const std::vector<WrittenFile> mesh = saveUpstreamMesh(*graph, is_end, flushed);
+  std::vector<WrittenFile> files = writeGraph(*graph);
   files.insert(files.end(), mesh.begin(), mesh.end());
   return files;
 }
@@ -394,10 +396,10 @@ std::vector<WrittenFile> SceneGraphNodelet::saveUpstreamMesh(
 
 std::vector<WrittenFile> SceneGraphNodelet::writeGraph(const scene_graph::SceneGraph& graph) {
   std::filesystem::create_directories(config_.output);
-  std::vector<WrittenFile> files = pipeline::writeGraphFiles(config_.output, graph);
+  std::vector<WrittenFile> files = map::writeGraphFiles(config_.output, graph);
   std::vector<config::StageSettings> stages = upstream_settings_->settings();
   stages.push_back(settings());
-  files.push_back(pipeline::writeSettingsFile(config_.output, describeRun(), stages));
+  files.push_back(map::writeSettingsFile(config_.output, describeRun(), stages));
   return files;
 }
 

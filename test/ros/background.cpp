@@ -63,7 +63,7 @@ MeshUpdateReader follow(const Recorder<msg::MeshUpdate>& recorder) {
   return reader;
 }
 
-/// As pipeline::writeMeshFile() says it of the whole mesh.
+/// As map::writeMeshFile() says it of the whole mesh.
 std::string countVertices(const MeshUpdateReader& reader) {
   Mesh all;
   for (const auto& [block, mesh] : reader.blocks()) all.append(*mesh);

@@ -217,6 +217,26 @@ TEST_F(Control, OrdersAreCarriedOutHoweverFullTheQueuesAre) {
   }
 }
 
+TEST_F(Control, WhatComesAfterAFlushAtTheEndIsInTheFilesOfAStageThatIsUnloaded) {
+  const auto readStamp = [&] {
+    return nlohmann::json::parse(std::ifstream(mapPath() + "/summary.json"))
+        .at("stamp_s")
+        .get<double>();
+  };
+  ASSERT_NO_FATAL_FAILURE(play(0, 8));
+  endTracks();
+  const double stamp_s = readStamp();
+  ASSERT_NO_FATAL_FAILURE(play(8, 30));
+  flush("/tracker", msg::FlushRequest::SNAPSHOT);
+  flush("/mesh_fusion", msg::FlushRequest::SNAPSHOT);
+  flush("/scene_graph", msg::FlushRequest::SNAPSHOT);
+  ASSERT_TRUE(waitUntil([&] {
+    return ros_interface::toStamp(graphs_.messages().back()->header.stamp).seconds() > stamp_s;
+  }));
+  loader_.unload("/scene_graph");
+  EXPECT_GT(readStamp(), stamp_s);
+}
+
 TEST_F(Control, ABacklogOfAHundredTracksIsInTheMapThatIsSaved) {
   for (int i = 0; i < 8; ++i) ASSERT_NO_FATAL_FAILURE(show(makeGridMessages(i)));
   ASSERT_GE(numLiveTracks(), 100U);
