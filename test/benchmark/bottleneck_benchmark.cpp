@@ -5,16 +5,15 @@
 // `peak_MB` is what the clustering adds to the process's memory at most, the scene not included.
 
 #include <benchmark/benchmark.h>
-#include <malloc.h>
 
 #include <cmath>
-#include <fstream>
 #include <optional>
 #include <random>
 #include <string>
 #include <vector>
 
 #include "bottleneck_reference.h"
+#include "peak_memory.h"
 #include "rescan_reference.h"
 #include "task_scene_graph/bottleneck/clustering.h"
 
@@ -82,29 +81,6 @@ struct FixedScene {
   std::vector<Embedding> embeddings;
 };
 
-double readStatus_MB(const std::string& field) {
-  std::ifstream status("/proc/self/status");
-  for (std::string word; status >> word;) {
-    double kilobytes = 0.0;
-    if (word == field + ":" && status >> kilobytes) return kilobytes / 1024.0;
-  }
-  return 0.0;
-}
-
-// Peak memory since construction, beyond what was in use then.
-class PeakMemory {
- public:
-  PeakMemory() {
-    malloc_trim(0);
-    std::ofstream("/proc/self/clear_refs") << "5";
-    start_MB_ = readStatus_MB("VmRSS");
-  }
-  double peak_MB() const { return readStatus_MB("VmHWM") - start_MB_; }
-
- private:
-  double start_MB_ = 0.0;
-};
-
 IncrementalClustering cluster(const FixedScene& scene, double delta) {
   ClusteringConfig config;
   config.delta = delta;
@@ -137,7 +113,7 @@ void reportBatch(benchmark::State& state, IncrementalClustering& clustering) {
 // clusters the default thresholds of both normalisers give, and wall times of the parts.
 void BM_Batch(benchmark::State& state) {
   const FixedScene scene(state.range(0));
-  const PeakMemory memory;
+  const test::PeakMemory memory;
   double peak_MB = 0.0;
   for (auto _ : state) {
     std::optional<IncrementalClustering> clustering = cluster(scene, 1.0);
@@ -165,7 +141,7 @@ BENCHMARK(BM_Batch)
 
 void BM_RescanEveryMerge(benchmark::State& state) {
   const FixedScene scene(state.range(0));
-  const PeakMemory memory;
+  const test::PeakMemory memory;
   std::size_t num_merges = 0;
   for (auto _ : state) {
     num_merges =
@@ -185,7 +161,7 @@ void BM_DenseReference(benchmark::State& state) {
   }
   ClusteringConfig config;
   config.delta = 1.0;
-  const PeakMemory memory;
+  const test::PeakMemory memory;
   for (auto _ : state) {
     benchmark::DoNotOptimize(test::clusterDense(scene, test::findOverlaps(scene), config));
   }
@@ -198,7 +174,7 @@ void BM_DeltaChange(benchmark::State& state) {
   const FixedScene scene(state.range(0));
   IncrementalClustering clustering = cluster(scene, 1e-5);
   state.counters["coarse_clusters"] = static_cast<double>(clustering.clusters().size());
-  const PeakMemory memory;
+  const test::PeakMemory memory;
   bool is_coarse = true;
   for (auto _ : state) {
     is_coarse = !is_coarse;
@@ -214,7 +190,7 @@ BENCHMARK(BM_DeltaChange)->Arg(20000)->Arg(100000)->Unit(benchmark::kMillisecond
 void BM_AlphaChange(benchmark::State& state) {
   const FixedScene scene(state.range(0));
   IncrementalClustering clustering = cluster(scene, 1e-5);
-  const PeakMemory memory;
+  const test::PeakMemory memory;
   bool is_high = false;
   for (auto _ : state) {
     is_high = !is_high;
@@ -229,7 +205,7 @@ void BM_TaskChange(benchmark::State& state) {
   const FixedScene scene(state.range(0));
   IncrementalClustering clustering = cluster(scene, 1e-5);
   const EmbeddingMatrix others = scene.scene.tasks().topRows(20);
-  const PeakMemory memory;
+  const test::PeakMemory memory;
   bool is_shorter = false;
   for (auto _ : state) {
     is_shorter = !is_shorter;
@@ -248,7 +224,7 @@ void BM_InsertTenIntoRooms(benchmark::State& state) {
     return Eigen::Vector3d(20.0 * static_cast<double>(room % 1000),
                            20.0 * static_cast<double>(room / 1000), 0.0);
   };
-  const PeakMemory memory;
+  const test::PeakMemory memory;
   IncrementalClustering clustering(ClusteringConfig(), Adjacency::kBoxOverlap);
   clustering.setTasks(scene.tasks());
   NodeKey next = 0;
@@ -291,7 +267,7 @@ void BM_InsertIntoGiantComponent(benchmark::State& state) {
   state.counters["fresh_tape_ms"] = 1e3 * clustering.statistics().agglomeration_s;
   double tape_ms = 0.0;
   const auto key = static_cast<NodeKey>(state.range(0));
-  const PeakMemory memory;
+  const test::PeakMemory memory;
   for (auto _ : state) {
     state.PauseTiming();
     const Aabb box = scene.scene.makeBox();

@@ -7,7 +7,6 @@
 // vertices, a place for every third primitive; 25 tasks. $TSG_LARGE_GRAPH names a file to keep the
 // last one in, and its tasks beside it.
 #include <benchmark/benchmark.h>
-#include <malloc.h>
 
 #include <algorithm>
 #include <chrono>
@@ -18,6 +17,7 @@
 #include <random>
 #include <string>
 
+#include "peak_memory.h"
 #include "support.h"
 #include "task_scene_graph/bottleneck/clustering.h"
 #include "task_scene_graph/core/files.h"
@@ -185,29 +185,6 @@ GraphFile& theFile() {
   return file;
 }
 
-double readStatus_MB(const std::string& field) {
-  std::ifstream status("/proc/self/status");
-  for (std::string word; status >> word;) {
-    double kilobytes = 0.0;
-    if (word == field + ":" && status >> kilobytes) return kilobytes / 1024.0;
-  }
-  return 0.0;
-}
-
-/// Peak memory since construction, beyond what was in use then.
-class PeakMemory {
- public:
-  PeakMemory() {
-    malloc_trim(0);
-    std::ofstream("/proc/self/clear_refs") << "5";
-    start_MB_ = readStatus_MB("VmRSS");
-  }
-  double peak_MB() const { return readStatus_MB("VmHWM") - start_MB_; }
-
- private:
-  double start_MB_ = 0.0;
-};
-
 class Stopwatch {
  public:
   /// Seconds since the last lap.
@@ -232,7 +209,7 @@ std::vector<bottleneck::Cluster> cluster(const SceneGraphFile& file) {
 void clusterFile(benchmark::State& state) {
   const std::string path = theFile().path(static_cast<int>(state.range(0)));
   for (auto _ : state) {
-    const PeakMemory memory;
+    const test::PeakMemory memory;
     Stopwatch watch;
     SceneGraphFile file(path, kDimension);
     state.counters["read_s"] = watch.lap();
@@ -252,7 +229,7 @@ BENCHMARK(clusterFile)->Arg(2000)->Arg(20000)->Arg(100000)->Iterations(1)->Unit(
 void readAndWriteAsTree(benchmark::State& state) {
   const std::string path = theFile().path(static_cast<int>(state.range(0)));
   for (auto _ : state) {
-    const PeakMemory memory;
+    const test::PeakMemory memory;
     Stopwatch watch;
     std::ifstream in(path);
     const json graph = json::parse(in);
