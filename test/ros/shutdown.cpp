@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
+#include <nodelet/NodeletList.h>
 #include <std_srvs/Trigger.h>
 #include <sys/wait.h>
 #include <tf2_ros/static_transform_broadcaster.h>
@@ -54,10 +55,25 @@ Commands makeSeparateNodes() {
           {findProgram("scene_graph_node")}};
 }
 
-/// The chain in one process or in several.
+/// The stages loaded into the nodelet manager of this name, as the launch file does with manager:=.
+Commands makeLoaders(const std::string& manager) {
+  Commands commands;
+  for (const auto& [name, type] : {std::pair{"tracker", "Tracker"},
+                                   {"mesh_fusion", "MeshFusion"},
+                                   {"scene_graph", "SceneGraph"}}) {
+    commands.push_back({"rosrun", "task_scene_graph", "load_into_manager",
+                        std::string("task_scene_graph/") + type, manager,
+                        std::string("__name:=") + name});
+  }
+  return commands;
+}
+
+/// The chain, started by one command or several.
 class ChainProgram {
  public:
-  explicit ChainProgram(const Commands& commands = makeChain()) {
+  /// @param num_processes  that the stages with images run in
+  explicit ChainProgram(const Commands& commands = makeChain(), std::uint32_t num_processes = 1)
+      : num_processes_(num_processes) {
     const std::string tasks = (folder_.path() / "objects.yaml").string();
     writeTaskFile(tasks, {"red box", "blue box"}, 0);
     ros::param::set("/scene_graph/object_tasks", tasks);
@@ -79,9 +95,8 @@ class ChainProgram {
     // The last stage has started, so all have subscribed.
     ASSERT_TRUE(ros::service::waitForService("/scene_graph/save_map", ros::Duration(60.0)));
     ASSERT_TRUE(tracks_.waitForPublisher());
-    const auto num_processes = static_cast<std::uint32_t>(std::min<std::size_t>(2, pids_.size()));
-    ASSERT_TRUE(robot_.waitForSubscribers(num_processes));
-    ASSERT_TRUE(robot_.waitForSegmentationSubscribers(num_processes));
+    ASSERT_TRUE(robot_.waitForSubscribers(num_processes_));
+    ASSERT_TRUE(robot_.waitForSegmentationSubscribers(num_processes_));
     for (int i = 0; i < num_frames; ++i) {
       const RobotMessages messages = make(i);
       robot_.publish(messages);
@@ -114,6 +129,7 @@ class ChainProgram {
   Robot robot_;
   tf2_ros::StaticTransformBroadcaster
       earth_;  ///< the map's frame has another name than the robot's
+  std::uint32_t num_processes_;
   std::vector<pid_t> pids_;
 };
 
@@ -137,13 +153,30 @@ std::size_t countPrimitives(const ChainProgram& chain) {
 }
 
 TEST(Shutdown, InterruptOfSeparateProcessesLeavesACompleteMap) {
-  ChainProgram chain(makeSeparateNodes());
+  ChainProgram chain(makeSeparateNodes(), 2);
   ASSERT_NO_FATAL_FAILURE(chain.play(12));
   ASSERT_GE(chain.numLiveTracks(), 2U);
   EXPECT_EQ(chain.interrupt(), 0);
   EXPECT_EQ(chain.readSummary().at("counts").at("objects"), 2);
   const std::string mesh = chain.readFile("mesh.ply");
   EXPECT_NE(mesh.find("object_id"), std::string::npos);
+}
+
+TEST(Shutdown, InterruptOfStagesInAManagerOfOthersLeavesACompleteMapAndTheManager) {
+  const pid_t manager =
+      startProgram({"rosrun", "nodelet", "nodelet", "manager", "__name:=camera_manager"});
+  ChainProgram chain(makeLoaders("/camera_manager"));
+  ASSERT_NO_FATAL_FAILURE(chain.play(12));
+  ASSERT_GE(chain.numLiveTracks(), 2U);
+  EXPECT_EQ(chain.interrupt(), 0);
+  EXPECT_EQ(chain.readSummary().at("counts").at("objects"), 2);
+  EXPECT_NE(chain.readFile("mesh.ply").find("object_id"), std::string::npos);
+  EXPECT_EQ(waitpid(manager, nullptr, WNOHANG), 0) << "the manager has ended";
+  nodelet::NodeletList list;
+  ASSERT_TRUE(ros::service::call("/camera_manager/list", list));
+  EXPECT_TRUE(list.response.nodelets.empty());
+  kill(manager, SIGINT);
+  EXPECT_EQ(waitForExit(manager), 0);
 }
 
 TEST(Shutdown, InterruptWithABacklogOfAHundredTracksLosesNone) {
