@@ -74,6 +74,7 @@ void BackgroundStage::process(const Job& job) {
       return report_.countDropped(describe(result.status));
     }
     newest_frame_ = job.frame->stamp;
+    new_poses_.push_back({job.frame->stamp, job.frame->T_world_camera});
     if (isDue(last_mesh_, newest_frame_, options_.mesh_period_s)) {
       publishMesh(fusion_->surface.updateMesh());
     }
@@ -91,7 +92,8 @@ void BackgroundStage::publishMesh(const mapping::MeshUpdate& update) {
 
 void BackgroundStage::requestPlaces() {
   last_places_ = newest_frame_;
-  places_.update(fusion_->free_space.takeChangedBlocks(), newest_frame_);
+  places_.update(fusion_->free_space.takeChangedBlocks(), new_poses_, newest_frame_);
+  new_poses_.clear();
 }
 
 void BackgroundStage::check() {
@@ -131,6 +133,7 @@ void BackgroundStage::reset() {
   places_.clear(newest_frame_);
   if (occupancy_) occupancy_->clear(newest_frame_);
   newest_frame_ = {};
+  new_poses_.clear();
   last_mesh_ = last_places_ = std::nullopt;
 }
 

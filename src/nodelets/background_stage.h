@@ -97,6 +97,7 @@ class BackgroundStage {
   mutable std::mutex mutex_;
   std::unique_ptr<pipeline::BackgroundFusion> fusion_;
   Stamp newest_frame_;
+  std::vector<places::CameraPose> new_poses_;  ///< since the places were last asked for
   std::optional<Stamp> last_mesh_;
   std::optional<Stamp> last_places_;
   ros_interface::MeshPublisher mesh_publisher_;

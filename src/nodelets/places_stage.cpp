@@ -18,16 +18,18 @@ PlacesStage::PlacesStage(ros::NodeHandle& handle, const Options& options,
       extractor_(std::make_unique<places::PlaceExtractor>(options.places)),
       thread_([this] { run(); }) {}
 
-void PlacesStage::update(mapping::TsdfVolume changed, Stamp stamp) {
+void PlacesStage::update(mapping::TsdfVolume changed, const std::vector<places::CameraPose>& poses,
+                         Stamp stamp) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (work_.request) {
       for (const auto& [index, block] : changed.blocks()) {
         work_.request->changed.allocateBlock(index) = *block;
       }
+      work_.request->poses.insert(work_.request->poses.end(), poses.begin(), poses.end());
       work_.request->stamp = stamp;
     } else {
-      work_.request = Request{std::move(changed), stamp};
+      work_.request = Request{std::move(changed), poses, stamp};
     }
   }
   changed_.notify_all();
@@ -110,6 +112,7 @@ void PlacesStage::process(const Work& work, std::uint64_t num_clears) {
   if (!work.request) return;
   const ros_interface::StageTimer timer;
   const auto& changed = work.request->changed;
+  for (const auto& pose : work.request->poses) extractor_->addPose(pose);
   extractor_->update(changed, changed.sortedBlockIndices(), work.request->stamp);
   publish(extractor_->graph(), num_clears);
   report_.set("duration of the last place update [ms]", std::to_string(timer.elapsedMs()));

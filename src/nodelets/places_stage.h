@@ -13,6 +13,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "task_scene_graph/mapping/tsdf_volume.h"
 #include "task_scene_graph/places/place_extractor.h"
@@ -39,7 +40,9 @@ class PlacesStage {
 
   /// Asks for a graph as of `stamp`. Requests that wait become one, the newest. Never blocks.
   /// @param changed  copies of the blocks that changed since the last request
-  void update(mapping::TsdfVolume changed, Stamp stamp);
+  /// @param poses  of the frames that were integrated since, in their order
+  void update(mapping::TsdfVolume changed, const std::vector<places::CameraPose>& poses,
+              Stamp stamp);
   /// The image embedding of a frame, for the places that it sees. Never blocks.
   void addView(const RgbdFramePtr& frame, const SegmentationPtr& segmentation);
 
@@ -57,6 +60,7 @@ class PlacesStage {
  private:
   struct Request {
     mapping::TsdfVolume changed;
+    std::vector<places::CameraPose> poses;
     Stamp stamp;
   };
   struct View {

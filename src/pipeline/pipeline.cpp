@@ -41,7 +41,10 @@ void Pipeline::process(const RgbdFramePtr& frame, const SegmentationPtr& recorde
 
 void Pipeline::integrate(const RgbdFrame& frame) {
   const RgbdFramePtr filtered = background_.filter(frame);
-  background_.free_space.integrate(*filtered);
+  const auto status = background_.free_space.integrate(*filtered).status;
+  if (status == mapping::IntegrationStatus::kIntegrated) {
+    places_.addPose({frame.stamp, frame.T_world_camera});
+  }
   if (occupancy_) occupancy_->integrate(*filtered);
   background_.surface.integrate(*filtered);
 }

@@ -39,7 +39,7 @@ struct Ground {
 
 Ground spreadGround(const Floor& floor, const GridExtent& extent, double voxel_size_m,
                     double max_distance_m) {
-  std::vector<float> known_m(extent.numCells(), kUnknown);
+  std::vector<float> known_m(extent.numCells(), kNotObserved);
   std::vector<char> is_source(extent.numCells(), 0);
   for (std::size_t i = 0; i < floor.height_m.size(); ++i) {
     if (isUnknown(floor.height_m[i])) continue;
@@ -49,7 +49,7 @@ Ground spreadGround(const Floor& floor, const GridExtent& extent, double voxel_s
   }
   const NearestField nearest =
       computeNearestField(extent, is_source, max_distance_m / voxel_size_m);
-  Ground ground{std::vector<float>(extent.numCells(), kUnknown),
+  Ground ground{std::vector<float>(extent.numCells(), kNotObserved),
                 std::vector<double>(extent.numCells(), 0.0)};
   for (std::size_t cell = 0; cell < extent.numCells(); ++cell) {
     if (nearest.source[cell] == NearestField::kNone) continue;
@@ -62,7 +62,7 @@ Ground spreadGround(const Floor& floor, const GridExtent& extent, double voxel_s
 
 /// Distance of the solid voxel nearest to its surface between two heights; NaN if there is none.
 float findSolid(const VoxelMap::Column& column, double voxel_size_m, double min_m, double max_m) {
-  float found = kUnknown;
+  float found = kNotObserved;
   for (std::size_t i = 0; i < column.distances_m.size(); ++i) {
     const double z_m = (column.min_z + static_cast<double>(i) + 0.5) * voxel_size_m;
     const float distance_m = column.distances_m[i];
@@ -127,7 +127,7 @@ void markColumns(const VoxelMap& voxels, const Ground& ground, const PlacesConfi
 /// that a place does not creep when the ground is refined.
 std::vector<float> computeBodyCenters(const std::vector<float>& ground_m, double body_height_m,
                                       double voxel_size_m) {
-  std::vector<float> centers_m(ground_m.size(), kUnknown);
+  std::vector<float> centers_m(ground_m.size(), kNotObserved);
   for (std::size_t cell = 0; cell < ground_m.size(); ++cell) {
     const double middle_m = static_cast<double>(ground_m[cell]) + body_height_m / 2.0;
     centers_m[cell] =

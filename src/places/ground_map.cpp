@@ -129,7 +129,7 @@ std::vector<std::size_t> findSeeds(const NodeGrid& grid, double max_step_m, std:
 Floor makeFloor(const Nodes& nodes) {
   Floor floor;
   floor.extent = computeExtent(nodes);
-  floor.height_m.assign(floor.extent.numCells(), kUnknown);
+  floor.height_m.assign(floor.extent.numCells(), kNotObserved);
   for (const GroundNode& node : nodes) {
     float& height_m = floor.height_m[floor.extent.toLinear({node.x, node.y, 0})];
     if (isUnknown(height_m) || node.height_m < height_m) height_m = node.height_m;

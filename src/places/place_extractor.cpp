@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <memory>
 #include <unordered_map>
 
 #include "task_scene_graph/config/config.h"
@@ -30,6 +32,27 @@ bool isBefore(const PlaceEdge& left, const PlaceEdge& right) {
   return left.a == right.a ? left.b < right.b : left.a < right.a;
 }
 
+/// Adds the cells of one floor.
+void addFloor(const FreeSpace& space, double body_height_m, GroundPlan& plan) {
+  std::map<GroundPlan::Index, std::shared_ptr<GroundPlan::Tile>> tiles;
+  for (std::size_t i = 0; i < space.is_free.size(); ++i) {
+    const bool is_obstacle = space.parent[i] == static_cast<std::int32_t>(i);
+    if (space.is_free[i] == 0 && !is_obstacle) continue;
+    const GridIndex at = space.extent.toIndex(i);
+    auto& tile = tiles[computeTile({at.x(), at.y()})];
+    if (!tile) tile = std::make_shared<GroundPlan::Tile>();
+    PlanCell& cell = (*tile)[computeOffset({at.x(), at.y()})];
+    cell.state = is_obstacle ? PlanCell::State::kObstacle : PlanCell::State::kFree;
+    cell.floor_m = space.height_m[i] - static_cast<float>(body_height_m / 2.0);
+    cell.clearance_m = space.clearance_m[i];
+  }
+  for (const auto& [index, tile] : tiles) {
+    auto all = plan.tilesAt(index);
+    all.push_back(tile);
+    plan.setTiles(index, std::move(all));
+  }
+}
+
 }  // namespace
 
 PlaceExtractor::PlaceExtractor(const PlacesConfig& config)
@@ -49,7 +72,9 @@ void PlaceExtractor::update(const mapping::TsdfVolume& free_space,
   replacePlaces(computeSparseGraph());
 }
 
-SparseGraph PlaceExtractor::computeSparseGraph() const {
+void PlaceExtractor::addPose(const CameraPose&) {}
+
+SparseGraph PlaceExtractor::computeSparseGraph() {
   const auto sparsify = [&](const FreeSpace& space) {
     return places::computeSparseGraph(space, findVoronoiCells(space, config_), config_);
   };
@@ -63,8 +88,11 @@ SparseGraph PlaceExtractor::computeSparseGraph() const {
     }
     return graph;
   }
+  plan_ = GroundPlan(voxels_.voxelSize());
   for (const Floor& floor : ground_.computeFloors(voxels_.voxelSize())) {
-    graph.append(sparsify(makeWalkableSpace(voxels_, floor, config_)));
+    const FreeSpace space = makeWalkableSpace(voxels_, floor, config_);
+    graph.append(sparsify(space));
+    addFloor(space, config_.body_height_m, plan_);
   }
   return graph;
 }

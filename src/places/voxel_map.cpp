@@ -59,7 +59,7 @@ std::vector<VoxelMap::ColumnIndex> VoxelMap::copyBlocks(const mapping::TsdfVolum
     auto& copy = columns_[{index.x(), index.y()}][index.z()];
     if (!copy) {
       copy = std::make_unique<Block>();
-      copy->fill(kUnknown);
+      copy->fill(kNotObserved);
     }
     copyDistances(*block, *copy);
     touched.insert({index.x(), index.y()});
@@ -70,9 +70,9 @@ std::vector<VoxelMap::ColumnIndex> VoxelMap::copyBlocks(const mapping::TsdfVolum
 float VoxelMap::at(const GridIndex& voxel) const {
   const GridIndex index = mapping::TsdfVolume::computeBlockIndex(voxel);
   const auto column = columns_.find({index.x(), index.y()});
-  if (column == columns_.end()) return kUnknown;
+  if (column == columns_.end()) return kNotObserved;
   const auto block = column->second.find(index.z());
-  return block == column->second.end() ? kUnknown : (*block->second)[computeLinear(voxel)];
+  return block == column->second.end() ? kNotObserved : (*block->second)[computeLinear(voxel)];
 }
 
 std::array<VoxelMap::Column, 64> VoxelMap::readColumns(const ColumnIndex& index) const {
@@ -83,7 +83,7 @@ std::array<VoxelMap::Column, 64> VoxelMap::readColumns(const ColumnIndex& index)
   const int num_blocks = found->second.rbegin()->first - min_block + 1;
   for (Column& column : result) {
     column.min_z = min_block * kBlockSide;
-    column.distances_m.assign(static_cast<std::size_t>(num_blocks * kBlockSide), kUnknown);
+    column.distances_m.assign(static_cast<std::size_t>(num_blocks * kBlockSide), kNotObserved);
   }
   for (const auto& [block_z, block] : found->second) {
     for (std::size_t i = 0; i < block->size(); ++i) {

@@ -9,12 +9,19 @@
 #include "task_scene_graph/core/primitives.h"
 #include "task_scene_graph/mapping/tsdf_volume.h"
 #include "task_scene_graph/places/ground_map.h"
+#include "task_scene_graph/places/ground_plan.h"
 #include "task_scene_graph/places/places_config.h"
 #include "task_scene_graph/places/sparse_graph.h"
 #include "task_scene_graph/places/view_database.h"
 #include "task_scene_graph/places/voxel_map.h"
 
 namespace tsg::places {
+
+/// Where a camera was.
+struct CameraPose {
+  Stamp stamp;
+  Pose T_world_camera = Pose::Identity();
+};
 
 /// What a PlaceExtractor has done since it was made.
 struct PlaceCounters {
@@ -56,6 +63,10 @@ class PlaceExtractor {
   void update(const mapping::TsdfVolume& free_space,
               const std::vector<mapping::GridIndex>& changed_blocks, Stamp stamp);
 
+  /// Takes in where the camera was when a frame that is in the volume was taken: the way of the body
+  /// that carries it. In the order of the frames. O(1).
+  void addPose(const CameraPose& pose);
+
   /// Takes in one view; places that appear later get it too, as long as it is remembered
   /// (max_views). Ignored and counted: an embedding that is empty, zero, not finite or of another
   /// size than before; a pose that is not finite; a depth image whose type or size is wrong.
@@ -65,6 +76,9 @@ class PlaceExtractor {
   /// The graph as of the last update, with the features of all views so far.
   PlaceGraph graph() const;
 
+  /// The floors as of the last update; empty for `volume`. Copy it to keep it (a copy shares tiles).
+  const GroundPlan& plan() const { return plan_; }
+
   const PlaceCounters& counters() const { return counters_; }
 
  private:
@@ -73,13 +87,14 @@ class PlaceExtractor {
     ViewSum views;
   };
 
-  SparseGraph computeSparseGraph() const;
+  SparseGraph computeSparseGraph();
   void replacePlaces(const SparseGraph& sparse);
   std::vector<PlaceId> matchIds(const std::vector<SparsePlace>& found);
 
   PlacesConfig config_;
   VoxelMap voxels_;
   GroundMap ground_;
+  GroundPlan plan_;
   ViewDatabase views_;
   std::vector<PlaceState> places_;  ///< ascending by id
   std::vector<PlaceEdge> edges_;

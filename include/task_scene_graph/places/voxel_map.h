@@ -16,7 +16,7 @@ namespace tsg::places {
 using mapping::GridIndex;
 
 /// Signed distance of a voxel that was never observed.
-constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
+constexpr float kNotObserved = std::numeric_limits<float>::quiet_NaN();
 
 inline bool isUnknown(float distance_m) { return distance_m != distance_m; }
 inline bool isFree(float distance_m) { return distance_m > 0.0F; }
@@ -37,7 +37,7 @@ class VoxelMap {
   /// 0 before the first copy.
   double voxelSize() const { return voxel_size_m_; }
 
-  /// Distance of a voxel, kUnknown where nothing was observed. O(log blocks).
+  /// Distance of a voxel, kNotObserved where nothing was observed. O(log blocks).
   float at(const GridIndex& voxel) const;
 
   /// A column of voxels, from the bottom of its lowest block up.

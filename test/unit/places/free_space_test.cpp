@@ -50,13 +50,13 @@ TEST(Ground, NeedsTheWholeBodyObservedFree) {
   EXPECT_EQ(findGround(makeColumn(free), 0.1, 0.31).size(), 0U);
   for (std::size_t i = 1; i < free.size(); ++i) {
     auto holed = free;
-    holed[i] = kUnknown;
+    holed[i] = kNotObserved;
     EXPECT_TRUE(findGround(makeColumn(holed), 0.1, 0.3).empty());
   }
 }
 
 TEST(Ground, OverUnknownIsNoGround) {
-  EXPECT_TRUE(findGround(makeColumn({kUnknown, 0.05F, 0.15F, 0.25F, 0.3F}), 0.1, 0.3).empty());
+  EXPECT_TRUE(findGround(makeColumn({kNotObserved, 0.05F, 0.15F, 0.25F, 0.3F}), 0.1, 0.3).empty());
 }
 
 TEST(Ground, EveryStoreyCountsAscending) {
