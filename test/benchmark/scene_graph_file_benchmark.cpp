@@ -224,7 +224,7 @@ void clusterFile(benchmark::State& state) {
   }
   state.counters["file_MB"] = static_cast<double>(std::filesystem::file_size(path)) / 1e6;
 }
-BENCHMARK(clusterFile)->Arg(2000)->Arg(20000)->Arg(100000)->Iterations(1)->Unit(benchmark::kSecond);
+BENCHMARK(clusterFile)->Arg(2000)->Arg(20000)->Arg(100000)->Iterations(1)->Unit(benchmark::kMillisecond);
 
 void readAndWriteAsTree(benchmark::State& state) {
   const std::string path = theFile().path(static_cast<int>(state.range(0)));
@@ -239,7 +239,7 @@ void readAndWriteAsTree(benchmark::State& state) {
     state.counters["peak_MB"] = memory.peak_MB();
   }
 }
-BENCHMARK(readAndWriteAsTree)->Arg(2000)->Arg(20000)->Iterations(1)->Unit(benchmark::kSecond);
+BENCHMARK(readAndWriteAsTree)->Arg(2000)->Arg(20000)->Iterations(1)->Unit(benchmark::kMillisecond);
 
 std::vector<Eigen::Vector3d> drawPoints(int count) {
   LargeGraph graph(count);
