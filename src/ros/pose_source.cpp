@@ -21,6 +21,8 @@ constexpr double kHoleInSpacings = 3.0;
 constexpr double kStandstill_m = 0.02;
 constexpr double kStandstill_rad = 0.02;
 constexpr std::size_t kMaxFramesNamed = 12;
+// As in messages: what is farther is no place on earth.
+constexpr double kLargest_m = 1e9;
 // A live topic's older poses are of no use: frames do not wait longer.
 constexpr std::int64_t kMemory_ns = 60'000'000'000;
 
@@ -110,6 +112,24 @@ PoseSource::Answer explainHole(const TransformHistory::Gap& hole, Stamp stamp, d
   return answer;
 }
 
+/// Links that are finite each can be too large together.
+bool isUsable(const Pose& T_world_camera) {
+  return T_world_camera.matrix().allFinite() &&
+         T_world_camera.translation().cwiseAbs().maxCoeff() <= kLargest_m;
+}
+
+PoseSource::Answer explainUnusable(const Pose& T_world_camera, Stamp stamp) {
+  std::ostringstream text;
+  text << "the camera's position at stamp " << formatSeconds(stamp.seconds()) << " s is ("
+       << T_world_camera.translation().transpose() << ") m, expected coordinates within "
+       << kLargest_m << " m";
+  PoseSource::Answer answer;
+  answer.reason = "bad pose";
+  answer.is_final = true;
+  answer.why_not = text.str();
+  return answer;
+}
+
 /// Coordinates in the optical frame -> coordinates in a frame with the given axes.
 Pose toOptical(CameraAxes axes) {
   Pose T = Pose::Identity();
@@ -172,7 +192,9 @@ PoseSource::Answer PoseSource::lookUp(const std::string& camera_frame, Stamp sta
     return answer;
   }
   answer = usesTf() ? lookUpTf(config_.world_frame, frame, stamp) : lookUpTrajectory(frame, stamp);
-  if (answer.T_world_camera) {
+  if (answer.T_world_camera && !isUsable(*answer.T_world_camera)) {
+    answer = explainUnusable(*answer.T_world_camera, stamp);
+  } else if (answer.T_world_camera) {
     answer.T_world_camera = *answer.T_world_camera * toOptical(config_.camera_axes);
   } else if (answer.reason.empty()) {
     answer.reason = usesTf() ? "no transform" : "no pose";
@@ -188,6 +210,12 @@ PoseSource::Answer PoseSource::lookUpTf(const std::string& target, const std::st
         ros_interface::toPose(tf_.lookupTransform(target, source, toRosTime(stamp)).transform);
     const auto hole = findHole(target, source, stamp);
     return hole ? explainHole(*hole, stamp, config_.max_tf_gap_s) : answer;
+  } catch (const std::invalid_argument& e) {  // links that are finite each, not all together
+    answer.reason = "bad pose";
+    answer.is_final = true;
+    answer.why_not = "transform from '" + source + "' to '" + target + "' at stamp " +
+                     formatSeconds(stamp.seconds()) + " s: " + e.what();
+    return answer;
   } catch (const std::exception&) {
     answer.why_not = "no transform from '" + source + "' to '" + target + "' at stamp " +
                      formatSeconds(stamp.seconds()) + " s: ";

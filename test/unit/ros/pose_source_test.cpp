@@ -6,6 +6,7 @@
 #include <boost/make_shared.hpp>
 #include <filesystem>
 #include <fstream>
+#include <map>
 
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/image_conversions.h"
@@ -305,6 +306,23 @@ TEST_F(PoseSourceTest, PosesThatAreNoneAreRefused) {
   EXPECT_THROW(poses.add(odometry), InputError);
   odometry = makeOdometry(0.0, 1.0);
   EXPECT_THROW(poses.add(odometry), InputError);
+}
+
+TEST_F(PoseSourceTest, LinksThatLeadBeyondAllBoundsTogetherAreRefused) {
+  InputConfig config;
+  const PoseSource poses(config, tf_);
+  const std::map<double, std::string> expected{
+      {1e308, "translation has a value that is not finite"},
+      {6e8, "expected coordinates within 1e+09 m"}};
+  for (const auto& [x_m, problem] : expected) {
+    setTransform("world", "base", 10.0, x_m, true);
+    setTransform("base", "camera", 10.0, x_m, true);
+    const auto answer = poses.lookUp("camera", Stamp::fromSeconds(10.0));
+    EXPECT_FALSE(answer.T_world_camera) << x_m;
+    EXPECT_TRUE(answer.is_final);
+    EXPECT_EQ(answer.reason, "bad pose");
+    expectContains(answer.why_not, {"10.000 s", problem});
+  }
 }
 
 TEST_F(PoseSourceTest, TrajectoryIsReadFromItsFile) {
