@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <sys/resource.h>
+#include <sys/time.h>
 #include <unistd.h>
 
 #include <array>
@@ -61,6 +62,7 @@ Options parseOptions(int argc, char** argv) {
       options.first = std::stoull(value);
     } else if (word == "--findings") {
       options.findings = value;
+      fs::create_directories(options.findings);
     } else if (word == "--result") {
       options.result = value;
     } else {
@@ -97,10 +99,11 @@ void keepCurrent() {
 }
 
 void onSignal(int signal) {
-  print(signal == SIGALRM ? "\nfuzzing: HANG, over 10 s" : "\nfuzzing: CRASH");
+  const bool is_hang = signal == SIGALRM || signal == SIGPROF;
+  print(is_hang ? "\nfuzzing: HANG, over 10 s" : "\nfuzzing: CRASH");
   keepCurrent();
   std::signal(signal, SIG_DFL);
-  raise(signal == SIGALRM ? SIGKILL : signal);
+  raise(is_hang ? SIGKILL : signal);
 }
 
 void catchSignal(int signal) {
@@ -112,6 +115,7 @@ void catchSignal(int signal) {
 
 void watchForCrashes() {
   catchSignal(SIGALRM);
+  catchSignal(SIGPROF);
 #ifdef TSG_SANITIZED
   __sanitizer_set_death_callback(keepCurrent);
 #else
@@ -124,6 +128,24 @@ void watchForCrashes() {
   const rlimit limit{kAddressSpace_bytes, kAddressSpace_bytes};
   setrlimit(RLIMIT_AS, &limit);
 #endif
+}
+
+constexpr bool isSanitized() {
+#ifdef TSG_SANITIZED
+  return true;
+#else
+  return false;
+#endif
+}
+
+/// Of the processor's time, for a busy machine can hold up anybody; of the clock's twelve times
+/// that, for who waits uses none.
+void watchForHang(bool is_on) {
+  const unsigned limit_s = is_on ? kLongest_s * (isSanitized() ? 5 : 1) : 0;
+  itimerval timer = {};
+  timer.it_value.tv_sec = static_cast<time_t>(limit_s);
+  setitimer(ITIMER_PROF, &timer, nullptr);
+  alarm(12 * limit_s);
 }
 
 long measurePeak_kB() {
@@ -178,9 +200,9 @@ class Fuzzer {
     current.size = input.size();
     const long before_kB = measurePeak_kB();
     const auto start = std::chrono::steady_clock::now();
-    alarm(kLongest_s * (isSanitized() ? 5 : 1));
+    watchForHang(true);
     const std::string problem = readAndJudge(input);
-    alarm(0);
+    watchForHang(false);
     slowest_ = std::max(slowest_, std::chrono::steady_clock::now() - start);
     ++num_read_;
     current.input = nullptr;
@@ -227,14 +249,6 @@ class Fuzzer {
       xml << "<failure message=\"" << findings_.size() << " findings, see the output\"/>";
     }
     xml << "</testcase></testsuite>\n";
-  }
-
-  static constexpr bool isSanitized() {
-#ifdef TSG_SANITIZED
-    return true;
-#else
-    return false;
-#endif
   }
 
   const Reader& reader_;
