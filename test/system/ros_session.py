@@ -86,7 +86,8 @@ class Session:
         port = find_free_port()
         self.env = {**os.environ, "ROS_MASTER_URI": "http://127.0.0.1:%d" % port,
                     "ROS_HOSTNAME": "127.0.0.1", "HOME": str(self.folder),
-                    "ROS_HOME": str(self.folder / ".ros"), "ROSCONSOLE_STDOUT_LINE_BUFFERED": "1"}
+                    "ROS_HOME": str(self.folder / ".ros"), "ROSCONSOLE_STDOUT_LINE_BUFFERED": "1",
+                    "PYTHONUNBUFFERED": "1"}  # roslaunch: what it says is waited for
         self.env.pop("ROS_NAMESPACE", None)
         self.programs = []
         self.start(["rosmaster", "--core", "-p", str(port)], "master")
