@@ -10,8 +10,11 @@
 #include <mutex>
 #include <pluginlib/class_list_macros.hpp>
 
+#include "awaited_job.h"
 #include "chain_config.h"
+#include "question_services.h"
 #include "stage_nodelet.h"
+#include "task_scene_graph/language/word_encoder.h"
 #include "task_scene_graph/map/files.h"
 #include "task_scene_graph/plausibility/embedding_checks.h"
 #include "task_scene_graph/ros/arrivals.h"
@@ -26,6 +29,7 @@
 #include "task_scene_graph/ros/topic_watch.h"
 #include "task_scene_graph/ros/worker.h"
 #include "task_scene_graph/scene_graph/builder.h"
+#include "task_services.h"
 
 namespace tsg::nodelets {
 
@@ -49,6 +53,9 @@ void copyTunables(const From& from, To& to) {
 constexpr double kSaveTimeout_s = 60.0;
 constexpr double kSaveQuiet_s = 15.0;
 
+// Of a job that a service has to wait for.
+constexpr auto kJobTimeout = std::chrono::seconds(60);
+
 // What looks wrong with the embeddings is looked at so often: it costs tens of milliseconds.
 constexpr auto kFindingsPeriod = std::chrono::seconds(5);
 
@@ -62,6 +69,9 @@ class SceneGraphNodelet : public StageNodelet {
 
   void start() override;
   void setTasks();
+  void startInterface();
+  /// See GraphAccess.
+  void runJob(const Job& job);
   void startTopics();
   void startTunables();
   void check() override { watch_->check(); }
@@ -103,7 +113,7 @@ class SceneGraphNodelet : public StageNodelet {
   std::vector<config::YamlLine> describeRun() const;
 
   SceneGraphNodeletConfig config_;
-  std::string model_set_name_;                               ///< "" without one
+  std::shared_ptr<language::WordEncoder> encoder_;
   std::unique_ptr<scene_graph::SceneGraphBuilder> builder_;  ///< the worker's own
   std::unique_ptr<ros_interface::SceneGraphMarkers> markers_;
   std::chrono::steady_clock::time_point newest_findings_;  ///< the worker's own
@@ -123,11 +133,17 @@ class SceneGraphNodelet : public StageNodelet {
   std::unique_ptr<ros_interface::SettingsFollower> upstream_settings_;
   ros::Subscriber primitives_subscriber_;
   ros::Subscriber places_subscriber_;
+  ros::CallbackQueue interface_queue_;  ///< of tasks and questions: a save holds none of them up
+  ros::NodeHandle interface_handle_;
+  std::unique_ptr<TaskServices> tasks_;
+  std::unique_ptr<QuestionServices> questions_;
+  std::unique_ptr<ros::AsyncSpinner> interface_spinner_;
 };
 
 SceneGraphNodelet::~SceneGraphNodelet() {
   stopServices();
   if (worker_ == nullptr) return;
+  if (interface_spinner_ != nullptr) interface_spinner_->stop();
   primitives_subscriber_.shutdown();
   places_subscriber_.shutdown();
   worker_->waitIdle(std::chrono::steady_clock::now() + std::chrono::seconds(10));
@@ -152,6 +168,7 @@ void SceneGraphNodelet::start() {
   }
   builder_ =
       std::make_unique<scene_graph::SceneGraphBuilder>(config_.scene_graph, config_.world_frame);
+  encoder_ = std::make_shared<language::WordEncoder>(config_.models.string());
   setTasks();
   markers_ =
       std::make_unique<ros_interface::SceneGraphMarkers>(config_.markers, config_.world_frame);
@@ -161,14 +178,35 @@ void SceneGraphNodelet::start() {
 }
 
 void SceneGraphNodelet::setTasks() {
-  const auto tasks = ros_interface::loadChainTasks(
-      config_.object_tasks.string(), config_.place_tasks.string(), config_.models.string());
+  const auto tasks = ros_interface::loadChainTasks(config_.object_tasks.string(),
+                                                   config_.place_tasks.string(), *encoder_);
   builder_->setObjectTasks(tasks.objects);
   builder_->setPlaceTasks(tasks.places);
   for (const auto& warning : tasks.warnings) report().warn(warning, warning);
-  if (!config_.models.empty()) {
-    model_set_name_ = segmentation::loadModelSet(config_.models.string()).name;
-  }
+}
+
+void SceneGraphNodelet::startInterface() {
+  interface_handle_ = ros::NodeHandle(getPrivateNodeHandle());
+  interface_handle_.setCallbackQueue(&interface_queue_);
+  const GraphAccess access{[this] { return graph(); }, [this](const Job& job) { runJob(job); }};
+  tasks_ = std::make_unique<TaskServices>(
+      getPrivateNodeHandle(), interface_handle_, access, encoder_,
+      TaskServices::Files{config_.object_tasks, config_.place_tasks});
+  questions_ = std::make_unique<QuestionServices>(interface_handle_, access, encoder_);
+  interface_spinner_ = std::make_unique<ros::AsyncSpinner>(1, &interface_queue_);
+  interface_spinner_->start();
+}
+
+void SceneGraphNodelet::runJob(const Job& job) {
+  const auto awaited = std::make_shared<AwaitedJob>();
+  const bool is_queued = worker_->pushOrder([this, &job, awaited](auto& builder) {
+    awaited->run([&] {
+      job(builder);
+      publish(builder.snapshot());
+    });
+  });
+  if (!is_queued) throw std::runtime_error("the stage ends");
+  awaited->wait(kJobTimeout);
 }
 
 void SceneGraphNodelet::startTopics() {
@@ -183,6 +221,7 @@ void SceneGraphNodelet::startTopics() {
   places_subscriber_ = handle.subscribe("place_graph", 100, &SceneGraphNodelet::onPlaces, this);
   watch_ = std::make_unique<ros_interface::TopicWatch>(report(), config_.patience_s);
   watch_->add(places_subscriber_, "place_graph");
+  startInterface();
   worker_->pushOrder([](scene_graph::SceneGraphBuilder&) {});  // publishes the empty graph
   save_server_ = serviceHandle().advertiseService("save_map", &SceneGraphNodelet::saveMap, this);
 }
@@ -269,7 +308,8 @@ void SceneGraphNodelet::publish(const scene_graph::SceneGraphPtr& graph) {
   }
   graph_publisher_.publish(
       ros_interface::toMessage(*graph, config_.world_frame, config_.with_embeddings));
-  marker_publisher_.publish(markers_->update(*graph));
+  marker_publisher_.publish(markers_->update(*graph, tasks_->numbers()));
+  tasks_->publish(*graph);
   report().set("primitives", std::to_string(graph->primitives.size()));
   report().set("objects", std::to_string(graph->objects.size()));
   report().set("places", std::to_string(graph->places->places.size()));
@@ -443,7 +483,7 @@ std::string SceneGraphNodelet::reset() {
 
 std::vector<config::YamlLine> SceneGraphNodelet::describeRun() const {
   std::vector<config::YamlLine> lines{{"program", config::quoteYaml("live, " + getName()), ""}};
-  lines.push_back({"model_set", config::quoteYaml(model_set_name_), ""});
+  lines.push_back({"model_set", config::quoteYaml(encoder_->modelSetName()), ""});
   return lines;
 }
 

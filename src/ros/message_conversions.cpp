@@ -44,11 +44,6 @@ ColorImage toThumbnail(const sensor_msgs::Image& message) {
   return toColorImage(boost::make_shared<const sensor_msgs::Image>(message), "thumbnail");
 }
 
-sensor_msgs::Image toThumbnailMessage(const ColorImage& thumbnail) {
-  if (thumbnail.image.empty()) return {};
-  return *toImageMessage(thumbnail.image, "rgb8", thumbnail.stamp, "");
-}
-
 Track toTrack(const msg::Track& message) {
   Track track{{message.id},
               toStamp(message.first_seen),
@@ -101,6 +96,11 @@ std::vector<Tuple> toTuples(const std::vector<Scalar>& flat, const char* name) {
 }
 
 }  // namespace
+
+sensor_msgs::Image toThumbnailMessage(const ColorImage& thumbnail) {
+  if (thumbnail.image.empty()) return {};
+  return *toImageMessage(thumbnail.image, "rgb8", thumbnail.stamp, "");
+}
 
 TrackedFrame fromMessage(const msg::Tracks& message) {
   TrackedFrame tracked;

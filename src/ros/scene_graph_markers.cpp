@@ -16,8 +16,12 @@ using visualization_msgs::Marker;
 /// Draws one graph into one array.
 class Painter {
  public:
-  Painter(const scene_graph::SceneGraph& graph, const MarkerConfig& config, std::string frame)
+  Painter(const scene_graph::SceneGraph& graph, const MarkerConfig& config, std::string frame,
+          TaskNumbers& numbers)
       : graph_(graph), config_(config), frame_(std::move(frame)) {
+    for (const auto& task : graph_.object_tasks) {
+      color_of_task_.push_back(static_cast<int>(numbers.find(task)) - 1);
+    }
     for (const auto& place : graph_.places->places) place_positions_[place.id] = liftPlace(place);
     for (const auto& region : graph_.regions) {
       region_positions_[region.id] = liftRegion(region);
@@ -43,6 +47,10 @@ class Painter {
   }
   Eigen::Vector3d liftRegion(const scene_graph::Region& region) const {
     return region.position_m + Eigen::Vector3d(0.0, 0.0, config_.region_lift_m);
+  }
+  int colorOf(const scene_graph::SceneObject& object) const {
+    const auto task = static_cast<std::size_t>(object.task_index);
+    return task < color_of_task_.size() ? color_of_task_[task] : -1;
   }
   static int colorOf(const scene_graph::Region& region) {
     return static_cast<int>(region.id.value - 1);
@@ -80,14 +88,14 @@ class Painter {
   void paintObject(const scene_graph::SceneObject& object) {
     const Eigen::Vector3d node = liftObject(object);
     Marker& box = add("object_boxes", object.id.value, Marker::CUBE, 1.0,
-                      computeColor(object.task_index, 0.15F));
+                      computeColor(colorOf(object), 0.15F));
     box.pose.position = toPoint(object.box.center());
     const Eigen::Vector3d size = object.box.sizes().cwiseMax(0.01);
     box.scale.x = size.x();
     box.scale.y = size.y();
     box.scale.z = size.z();
     paintFrame(object);
-    add("object_nodes", object.id.value, Marker::CUBE, 0.12, computeColor(object.task_index, 1.0F))
+    add("object_nodes", object.id.value, Marker::CUBE, 0.12, computeColor(colorOf(object), 1.0F))
         .pose.position = toPoint(node);
     addText("object_labels", object.id.value, node + Eigen::Vector3d(0.0, 0.0, 0.2), object.task,
             1.0);
@@ -96,7 +104,7 @@ class Painter {
   /// The twelve edges of the object's box.
   void paintFrame(const scene_graph::SceneObject& object) {
     Marker& lines = add("object_frames", object.id.value, Marker::LINE_LIST, 0.015,
-                        computeColor(object.task_index, 1.0F));
+                        computeColor(colorOf(object), 1.0F));
     for (int corner = 0; corner < 8; ++corner) {
       for (int bit = 1; bit < 8; bit *= 2) {
         if ((corner & bit) != 0) continue;
@@ -172,6 +180,7 @@ class Painter {
   const scene_graph::SceneGraph& graph_;
   const MarkerConfig& config_;
   const std::string frame_;
+  std::vector<int> color_of_task_;
   std::map<PlaceId, Eigen::Vector3d> place_positions_;
   std::map<RegionId, Eigen::Vector3d> region_positions_;
   std::map<PlaceId, RegionId> region_of_place_;
@@ -198,8 +207,9 @@ std_msgs::ColorRGBA computeColor(int index, float alpha) {
   return color;
 }
 
-visualization_msgs::MarkerArray SceneGraphMarkers::update(const scene_graph::SceneGraph& graph) {
-  visualization_msgs::MarkerArray array = Painter(graph, config_, world_frame_).paint();
+visualization_msgs::MarkerArray SceneGraphMarkers::update(const scene_graph::SceneGraph& graph,
+                                                          TaskNumbers& numbers) {
+  visualization_msgs::MarkerArray array = Painter(graph, config_, world_frame_, numbers).paint();
   std::set<std::pair<std::string, int>> now;
   for (const auto& marker : array.markers) now.emplace(marker.ns, marker.id);
   for (const auto& [ns, id] : shown_) {

@@ -2,15 +2,19 @@
 #include "task_scene_graph/scene_graph/object_layer.h"
 
 #include <algorithm>
+#include <stdexcept>
 #include <utility>
 
 #include "task_scene_graph/bottleneck/clustering.h"
 #include "task_scene_graph/config/config.h"
+#include "task_scene_graph/scene_graph/explanations.h"
 
 namespace tsg::scene_graph {
 namespace {
 
 using bottleneck::IncrementalClustering;
+
+const ClusterWords kWords{"primitive", "object"};
 
 std::string describe(const ObjectPrimitive& primitive) {
   return "primitive " + std::to_string(primitive.id.value);
@@ -162,6 +166,37 @@ std::vector<const ObjectPrimitive*> ObjectLayer::findMembers(
   members.reserve(keys.size());
   for (const std::uint64_t key : keys) members.push_back(primitives_.at(key).get());
   return members;
+}
+
+std::string ObjectLayer::explainObject(ObjectId id) {
+  computeObjects();  // what has changed: the explanation forgets it
+  try {
+    return describeExplanation(clustering_->explainCluster(id.value), tasks_.names, kWords);
+  } catch (const std::out_of_range&) {
+    throw std::invalid_argument("no object " + std::to_string(id.value) + " is in the map");
+  }
+}
+
+std::string ObjectLayer::explainPrimitive(PrimitiveId id) {
+  requireClustered(id);
+  computeObjects();
+  return describeExplanation(clustering_->explainPrimitive(id.value), tasks_.names, kWords);
+}
+
+std::string ObjectLayer::explainPair(PrimitiveId a, PrimitiveId b) {
+  requireClustered(a);
+  requireClustered(b);
+  computeObjects();
+  return describeExplanation(clustering_->explainPair(a.value, b.value), a.value, b.value,
+                             tasks_.names, kWords);
+}
+
+void ObjectLayer::requireClustered(PrimitiveId id) const {
+  if (clustering_->contains(id.value)) return;
+  const bool is_known = primitives_.count(id.value) > 0;
+  throw std::invalid_argument(
+      "primitive " + std::to_string(id.value) +
+      (is_known ? " has no embedding, so it is in no object" : " is not in the map"));
 }
 
 std::vector<ObjectPrimitivePtr> ObjectLayer::primitives() const {

@@ -9,12 +9,15 @@
 #include "task_scene_graph/bottleneck/clustering.h"
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/scene_graph/clusters.h"
+#include "task_scene_graph/scene_graph/explanations.h"
 #include "task_scene_graph/scene_graph/scoring.h"
 
 namespace tsg::scene_graph {
 namespace {
 
 using bottleneck::IncrementalClustering;
+
+const ClusterWords kWords{"place", "region"};
 
 bool isBefore(const Place* a, const Place* b) { return a->id < b->id; }
 
@@ -183,6 +186,29 @@ std::vector<RegionCluster> RegionLayer::computeClusters() {
     for (const std::uint64_t key : found.members) clusters.back().places.push_back({key});
   }
   return clusters;
+}
+
+std::string RegionLayer::explainRegion(RegionId id) {
+  try {
+    return describeExplanation(clustering_->explainCluster(id.value), tasks_.names, kWords);
+  } catch (const std::out_of_range&) {
+    throw std::invalid_argument("no region " + std::to_string(id.value) + " is in the map");
+  }
+}
+
+std::string RegionLayer::explainPair(PlaceId a, PlaceId b) {
+  requireClustered(a);
+  requireClustered(b);
+  return describeExplanation(clustering_->explainPair(a.value, b.value), a.value, b.value,
+                             tasks_.names, kWords);
+}
+
+void RegionLayer::requireClustered(PlaceId id) const {
+  if (clustering_->contains(id.value)) return;
+  throw std::invalid_argument("place " + std::to_string(id.value) +
+                              (hasPlace(places_->places, id)
+                                   ? " has no embedding, so it is in no region"
+                                   : " is not in the map"));
 }
 
 CosineSummary RegionLayer::summarizeCosines() const {

@@ -15,6 +15,8 @@ namespace {
 
 using Violations = std::vector<std::string>;
 
+constexpr std::size_t kMaxNameBytes = 1000;
+
 std::string quote(const std::string& text) { return "'" + text + "'"; }
 
 std::string describeTask(const TaskList& tasks, std::size_t i) {
@@ -31,6 +33,11 @@ void checkNames(const TaskList& tasks, Violations& violations) {
     if (!isValidUtf8(tasks.names[i])) {
       violations.push_back("task " + std::to_string(i + 1) +
                            ": the name is not valid UTF-8; convert the file to UTF-8");
+    } else if (tasks.names[i].size() > kMaxNameBytes) {
+      violations.push_back("task " + std::to_string(i + 1) + " '" + tasks.names[i].substr(0, 40) +
+                           "...': a name of " + std::to_string(tasks.names[i].size()) +
+                           " bytes, expected at most " + std::to_string(kMaxNameBytes) +
+                           ": text encoders read 77 tokens");
     } else if (isBlank(tasks.names[i])) {
       violations.push_back(describeTask(tasks, i) + " is empty, expected a name in words");
     } else if (!seen.insert(tasks.names[i]).second) {

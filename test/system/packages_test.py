@@ -98,7 +98,8 @@ def imported_modules():
             texts.append(text)
     modules = {module for text in texts for module in imports_of(text)}
     # Python's own modules lie in no site folder; 3.8 has no list of them.
-    return {module for module in modules if module in NAMES["python"] or module not in standard_modules()} - {OWN}
+    return {module for module in modules if module in NAMES["python"] or module not in standard_modules()} - {
+        OWN, OWN + "_client"}
 
 
 def standard_modules():

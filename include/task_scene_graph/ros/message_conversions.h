@@ -40,6 +40,9 @@ msg::ObjectPrimitive toMessage(const ObjectPrimitive& primitive);
 msg::ObjectPrimitivesPtr toMessage(const std::vector<ObjectPrimitivePtr>& primitives, Stamp stamp,
                                    const std::string& world_frame);
 
+/// rgb8; an empty message for an empty image.
+sensor_msgs::Image toThumbnailMessage(const ColorImage& thumbnail);
+
 msg::Place toMessage(const Place& place);
 msg::PlaceEdge toMessage(const PlaceEdge& edge);
 PlaceGraphPtr fromMessage(const msg::PlaceGraph& message);

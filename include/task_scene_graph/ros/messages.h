@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <task_scene_graph/Ask.h>
+#include <task_scene_graph/ChangeTasks.h>
+#include <task_scene_graph/Explain.h>
 #include <task_scene_graph/Flush.h>
 #include <task_scene_graph/Mesh.h>
 #include <task_scene_graph/MeshUpdate.h>
@@ -12,6 +15,7 @@
 #include <task_scene_graph/SceneGraph.h>
 #include <task_scene_graph/Segmentation.h>
 #include <task_scene_graph/StageSettings.h>
+#include <task_scene_graph/TasksInForce.h>
 #include <task_scene_graph/Tracks.h>
 
 /// The generators put messages into a namespace named after the package; the library's own code is

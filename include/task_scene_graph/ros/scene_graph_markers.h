@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "task_scene_graph/config/visitor.h"
+#include "task_scene_graph/ros/task_numbers.h"
 #include "task_scene_graph/scene_graph/scene_graph.h"
 
 namespace tsg::ros_interface {
@@ -41,7 +42,9 @@ class SceneGraphMarkers {
       : config_(config), world_frame_(std::move(world_frame)) {}
 
   /// The whole picture; markers of the call before that are gone are deleted. O(graph).
-  visualization_msgs::MarkerArray update(const scene_graph::SceneGraph& graph);
+  /// @param numbers  of the tasks: their colours
+  visualization_msgs::MarkerArray update(const scene_graph::SceneGraph& graph,
+                                         TaskNumbers& numbers);
 
  private:
   MarkerConfig config_;

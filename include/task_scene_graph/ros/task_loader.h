@@ -4,14 +4,14 @@
 #include <string>
 #include <vector>
 
+#include "task_scene_graph/language/word_encoder.h"
 #include "task_scene_graph/scene_graph/tasks.h"
 
 namespace tsg::ros_interface {
 
-/// Reads a task file; tasks without embeddings get theirs from the text encoder of the model set
-/// `models_path` (empty: there is none). @throws config::ConfigError and others that name the file
-/// and what is missing.
-scene_graph::TaskList loadTaskList(const std::string& path, const std::string& models_path);
+/// Reads a task file; tasks without embeddings get theirs from the encoder.
+/// @throws config::ConfigError and others that name the file and what is missing.
+scene_graph::TaskList loadTaskList(const std::string& path, language::WordEncoder& encoder);
 
 /// The tasks of a chain, and what a user should know of them.
 struct ChainTasks {
@@ -23,6 +23,6 @@ struct ChainTasks {
 /// Reads both task files. @param place_path  empty: the places' tasks are the objects'
 /// @throws as loadTaskList().
 ChainTasks loadChainTasks(const std::string& object_path, const std::string& place_path,
-                          const std::string& models_path);
+                          language::WordEncoder& encoder);
 
 }  // namespace tsg::ros_interface

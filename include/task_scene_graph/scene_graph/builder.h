@@ -79,6 +79,17 @@ class SceneGraphBuilder {
   CosineSummary summarizeObjectCosines() const { return objects_->summarizeCosines(); }
   CosineSummary summarizePlaceCosines() const { return regions_->summarizeCosines(); }
 
+  /// Why things are clustered as they are, in words. O(component).
+  /// @throws std::invalid_argument naming what is not there, or not clustered for want of an
+  /// embedding.
+  std::string explainObject(ObjectId id) { return objects_->explainObject(id); }
+  std::string explainPrimitive(PrimitiveId id) { return objects_->explainPrimitive(id); }
+  std::string explainPrimitives(PrimitiveId a, PrimitiveId b) {
+    return objects_->explainPair(a, b);
+  }
+  std::string explainRegion(RegionId id) { return regions_->explainRegion(id); }
+  std::string explainPlaces(PlaceId a, PlaceId b) { return regions_->explainPair(a, b); }
+
   /// Sums over the whole life of the builder.
   const PrimitiveCounters& primitiveCounters() const { return objects_->counters(); }
 

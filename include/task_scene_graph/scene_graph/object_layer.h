@@ -63,6 +63,11 @@ class ObjectLayer {
   /// All clusters of now, ascending by id. O(primitives).
   std::vector<ObjectCluster> computeClusters();
 
+  /// See SceneGraphBuilder.
+  std::string explainObject(ObjectId id);
+  std::string explainPrimitive(PrimitiveId id);
+  std::string explainPair(PrimitiveId a, PrimitiveId b);
+
   std::vector<ObjectPrimitivePtr> primitives() const;  ///< ascending by id
   CosineSummary summarizeCosines() const;              ///< of the primitives to the tasks
   const TaskList& tasks() const { return tasks_; }
@@ -73,6 +78,7 @@ class ObjectLayer {
   void addOne(const ObjectPrimitivePtr& primitive, Repeated repeated, PrimitiveUpdate& update);
   void cluster(const ObjectPrimitive& primitive);
   std::string findFault(const ObjectPrimitive& primitive) const;
+  void requireClustered(PrimitiveId id) const;
   void updateObject(const bottleneck::Cluster& cluster);
   std::vector<const ObjectPrimitive*> findMembers(const std::vector<std::uint64_t>& keys) const;
 

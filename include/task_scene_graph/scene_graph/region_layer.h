@@ -51,6 +51,10 @@ class RegionLayer {
   /// The same as clusters only. O(places).
   std::vector<RegionCluster> computeClusters();
 
+  /// See SceneGraphBuilder.
+  std::string explainRegion(RegionId id);
+  std::string explainPair(PlaceId a, PlaceId b);
+
   const PlaceGraphPtr& places() const { return places_; }  ///< never null
   CosineSummary summarizeCosines() const;                  ///< of the places to the tasks
   const TaskList& tasks() const { return tasks_; }
@@ -60,6 +64,7 @@ class RegionLayer {
 
   std::vector<const Place*> findUsable(const PlaceGraph& graph, PlaceUpdate& update) const;
   PlaceUpdate apply(const PlaceGraphPtr& places);
+  void requireClustered(PlaceId id) const;
   void eraseEdges(const std::vector<PlaceKeys>& edges, PlaceUpdate& update);
   void replacePlaces(const std::vector<const Place*>& usable, PlaceUpdate& update);
   void insertEdges(const std::vector<PlaceKeys>& edges, PlaceUpdate& update);

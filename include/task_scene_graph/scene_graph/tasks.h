@@ -17,8 +17,9 @@ struct TaskList {
   std::size_t size() const { return names.size(); }
   bool hasEmbeddings() const { return embeddings.rows() > 0; }
 
-  /// Checks names (UTF-8, none empty, none twice) and embeddings (no row or one per name, finite, not
-  /// zero). `where` says whose tasks they are, for instance "task file 'tasks.yaml'".
+  /// Checks names (UTF-8, none empty, none twice, at most 1000 bytes) and embeddings (no row or one
+  /// per name, finite, not zero). `where` says whose tasks they are, for instance "task file
+  /// 'tasks.yaml'".
   /// @throws config::ConfigError with all violations, naming `where`, the task, its value and what
   /// was expected.
   void validate(const std::string& where) const;

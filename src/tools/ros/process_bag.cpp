@@ -267,9 +267,9 @@ void run(const Arguments& arguments) {
   const ros_interface::InputConfig& input = chain.mesh_fusion.config.input;
   ros_interface::RgbdBag bag(arguments.bags, input, !arguments.ignore_recorded_segmentation);
   auto segmenter = makeSegmenter(bag, models, config.segmenter);
-  const auto tasks =
-      ros_interface::loadChainTasks(scene_graph_config.object_tasks.string(),
-                                    scene_graph_config.place_tasks.string(), models_path);
+  language::WordEncoder encoder(models_path);
+  const auto tasks = ros_interface::loadChainTasks(
+      scene_graph_config.object_tasks.string(), scene_graph_config.place_tasks.string(), encoder);
   for (const auto& warning : tasks.warnings) std::cerr << warning << "\n";
   pipeline::Pipeline pipeline(config, tasks.objects, tasks.places, std::move(segmenter),
                               input.world_frame);

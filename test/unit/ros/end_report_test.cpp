@@ -81,23 +81,24 @@ class TaskFiles : public ::testing::Test {
 };
 
 TEST_F(TaskFiles, EveryFileWithoutATaskIsNamedInAWarning) {
+  language::WordEncoder no_models("");
   const std::string one = write("one.yaml", "tasks: [{name: a, embedding: [1, 0]}]");
   for (const char* yaml : {"tasks: []", "", "[]", "# none", "tasks:", "{}"}) {
     const std::string none = write("none.yaml", yaml);
-    const auto objects = loadChainTasks(none, one, "");
+    const auto objects = loadChainTasks(none, one, no_models);
     ASSERT_EQ(objects.warnings.size(), 1U) << yaml;
     EXPECT_EQ(objects.warnings[0],
               "task file '" + none + "' holds no task: there will be no objects");
-    const auto places = loadChainTasks(one, none, "");
+    const auto places = loadChainTasks(one, none, no_models);
     ASSERT_EQ(places.warnings.size(), 1U) << yaml;
     EXPECT_EQ(places.warnings[0],
               "task file '" + none + "' holds no task: regions will have no names");
     EXPECT_EQ(places.objects.size(), 1U);
   }
   const std::string none = write("none.yaml", "tasks: []");
-  ASSERT_EQ(loadChainTasks(none, "", "").warnings.size(), 1U);
-  EXPECT_NE(loadChainTasks(none, "", "").warnings[0].find("regions"), std::string::npos);
-  EXPECT_TRUE(loadChainTasks(one, "", "").warnings.empty());
+  ASSERT_EQ(loadChainTasks(none, "", no_models).warnings.size(), 1U);
+  EXPECT_NE(loadChainTasks(none, "", no_models).warnings[0].find("regions"), std::string::npos);
+  EXPECT_TRUE(loadChainTasks(one, "", no_models).warnings.empty());
 }
 
 }  // namespace

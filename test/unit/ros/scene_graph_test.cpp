@@ -101,7 +101,8 @@ const Marker* findMarker(const MarkerArray& array, const std::string& ns, int id
 TEST(SceneGraphMarkers, BoxStaysAndNodesAreLifted) {
   const MarkerConfig config;
   SceneGraphMarkers markers(config, "world");
-  const MarkerArray array = markers.update(makeGraph());
+  TaskNumbers numbers;
+  const MarkerArray array = markers.update(makeGraph(), numbers);
   const Marker* box = findMarker(array, "object_boxes", 3);
   ASSERT_NE(box, nullptr);
   EXPECT_EQ(box->scale.y, 2.0);
@@ -132,17 +133,18 @@ TEST(SceneGraphMarkers, BoxStaysAndNodesAreLifted) {
 
 TEST(SceneGraphMarkers, WhatIsGoneIsDeletedOnce) {
   SceneGraphMarkers markers(MarkerConfig{}, "world");
-  markers.update(makeGraph());
+  TaskNumbers numbers;
+  markers.update(makeGraph(), numbers);
   scene_graph::SceneGraph empty;
   empty.places = std::make_shared<PlaceGraph>();
-  const MarkerArray second = markers.update(empty);
+  const MarkerArray second = markers.update(empty, numbers);
   const Marker* box = findMarker(second, "object_boxes", 3);
   ASSERT_NE(box, nullptr);
   EXPECT_EQ(box->action, Marker::DELETE);
   EXPECT_EQ(std::count_if(second.markers.begin(), second.markers.end(),
                           [](const Marker& marker) { return marker.action == Marker::ADD; }),
             0);
-  EXPECT_TRUE(markers.update(empty).markers.empty());
+  EXPECT_TRUE(markers.update(empty, numbers).markers.empty());
 }
 
 TEST(SceneGraphMarkers, ColoursOfDifferentTasksDiffer) {

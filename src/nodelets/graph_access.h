@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+
+#include "task_scene_graph/scene_graph/builder.h"
+
+namespace tsg::nodelets {
+
+/// What the services of the scene graph stage need of it. From any thread.
+struct GraphAccess {
+  using Job = std::function<void(scene_graph::SceneGraphBuilder&)>;
+
+  /// The newest graph; null before the first.
+  std::function<scene_graph::SceneGraphPtr()> graph;
+  /// Runs a job in the builder's own thread, after what was queued before, and waits until the
+  /// graph that follows from it is published. Throws what the job throws; std::runtime_error if the
+  /// stage ends or takes longer than a minute.
+  std::function<void(const Job&)> run;
+};
+
+}  // namespace tsg::nodelets

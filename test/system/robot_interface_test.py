@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Tasks and questions in words, with the demo's text encoder, as a user and a robot program ask them."""
+import os
+import pathlib
+import sys
+import tempfile
+import unittest
+
+from ros_session import SOURCE, Session, wait_until
+
+STAGE = "/scene_graph"
+MODELS = SOURCE / "models" / "demo" / "models.yaml"
+THINGS = ["mug", "book", "chair", "potted plant"]  # of the demo models' vocabulary; in this order along x
+CLIENT = """
+import rospy
+from task_scene_graph_client import SceneGraphClient, SceneGraphError
+rospy.init_node("fetch", disable_signals=True)
+scene = SceneGraphClient("/scene_graph")
+plant = scene.find("potted plant")
+print("plant at %.1f, object %d" % (plant.pose.position.x, plant.object))
+print("tasks", [task.name for task in scene.add_tasks(["potted plant"]).object_tasks])
+print("object", scene.find("potted plant").task)
+try:
+    scene.remove_tasks(["pen"])
+except SceneGraphError as error:
+    print("refused:", error)
+"""
+
+
+class RobotInterface(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        folder = pathlib.Path(os.path.realpath(cls.temporary.name))
+        cls.session = Session(folder)
+        cls.session.env.setdefault("XDG_CACHE_HOME", str(pathlib.Path.home() / ".cache"))  # the vocabulary
+        tasks = folder / "tasks.yaml"
+        tasks.write_text("- mug\n- book\n")
+        cls.node = cls.session.start(["rosrun", "task_scene_graph", "scene_graph_node", "_object_tasks:=%s" % tasks,
+                                      "_models:=%s" % MODELS, "_object_alpha:=0.5"], "node")
+        cls.publish_map(folder)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.session.close()
+        cls.temporary.cleanup()
+
+    @classmethod
+    def publish_map(cls, folder):
+        """One primitive for each thing, its embedding that of its name."""
+        words, embedded = folder / "words.yaml", folder / "embedded.yaml"
+        words.write_text("".join("- %s\n" % thing for thing in THINGS))
+        done = cls.session.run("rosrun", "task_scene_graph", "encode_tasks", "--models", MODELS, "--tasks", words,
+                               "--output", embedded)
+        assert done.returncode == 0, done.stderr
+        script = folder / "publish.py"
+        script.write_text(PUBLISHER)
+        cls.publisher = cls.session.start([sys.executable, script, embedded], "publisher")
+        wait_until(lambda: "object tasks" in cls.rosrun("tasks").stdout and
+                   "mug: 1 object" in cls.rosrun("tasks").stdout, "the map in the graph")
+
+    @classmethod
+    def rosrun(cls, *words):
+        return cls.session.run("rosrun", "task_scene_graph", *words, *(["--stage", STAGE] if "--stage" not in words
+                                                                       else []))
+
+    def setUp(self):
+        self.assertEqual(self.rosrun("tasks", "set", "mug", "book").returncode, 0)
+
+    def test_ask_finds_a_thing_that_serves_no_task(self):
+        asked = self.rosrun("ask", "chair")
+        self.assertEqual(asked.returncode, 0, asked.stdout + asked.stderr)
+        self.assertRegex(asked.stdout.splitlines()[0], r"^'chair': .*primitive 3 at \(4\.50, 0\.50, 0\.50\) m")
+
+    def test_ask_says_what_is_not_there(self):
+        asked = self.rosrun("ask", "bathtub")
+        self.assertEqual(asked.returncode, 1, asked.stdout)
+        self.assertIn("nothing found: the best score is", asked.stdout)
+
+    def test_tasks_change_while_the_graph_lives(self):
+        added = self.rosrun("tasks", "add", "potted plant")
+        self.assertEqual(added.returncode, 0, added.stderr)
+        self.assertIn("potted plant: 1 object\n", added.stdout)
+        renamed = self.rosrun("tasks", "rename", "potted plant", "water the plant")
+        self.assertIn("water the plant: 1 object\n", renamed.stdout)
+        removed = self.rosrun("tasks", "remove", "water the plant")
+        self.assertNotIn("plant", removed.stdout)
+
+    def test_what_cannot_be_done_is_said(self):
+        refused = self.rosrun("tasks", "add", "mug")
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("task 'mug' is in force already", refused.stderr)
+        unknown = self.rosrun("ask", "--explain", "object", "77")
+        self.assertEqual(unknown.returncode, 2)
+        self.assertIn("no object 77 is in the map", unknown.stderr)
+        self.assertEqual(self.rosrun("ask").returncode, 2)
+        self.assertIn("expected one of", self.rosrun("ask", "--explain", "thing", "1").stderr)
+        silent = self.rosrun("ask", "mug", "--stage", "/nobody", "--timeout", "1")
+        self.assertEqual(silent.returncode, 2)
+        self.assertIn("/nobody/ask", silent.stderr)
+
+    def test_explain_speaks_of_tasks(self):
+        told = self.rosrun("ask", "--explain", "primitive", "1")
+        self.assertEqual(told.returncode, 0, told.stderr)
+        self.assertIn("primitive 1: cosines 'mug' 1", told.stdout)
+
+    def test_robot_program(self):
+        script = pathlib.Path(self.temporary.name) / "client.py"
+        script.write_text(CLIENT)
+        done = self.session.run(sys.executable, script)
+        self.assertEqual(done.stdout.splitlines()[:3], [
+            "plant at 6.5, object 0", "tasks ['mug', 'book', 'potted plant']", "object potted plant"], done.stderr)
+        self.assertIn("refused: tasks not changed", done.stdout)
+        self.assertIn("no task 'pen'", done.stdout)
+
+
+PUBLISHER = """
+import sys
+import rospy, yaml
+from task_scene_graph.msg import ObjectPrimitive, ObjectPrimitives
+rospy.init_node("publisher")
+message = ObjectPrimitives(sequence=1)
+message.header.frame_id = "world"
+for i, task in enumerate(yaml.safe_load(open(sys.argv[1]))["tasks"]):
+    primitive = ObjectPrimitive(id=i + 1, track_id=i + 1, embedding=task["embedding"])
+    for box in (primitive.box, primitive.oriented_box):
+        box.pose.position.x, box.pose.position.y, box.pose.position.z = 2 * i + 0.5, 0.5, 0.5
+        box.pose.orientation.w = 1
+        box.size.x = box.size.y = box.size.z = 1
+    primitive.first_seen = primitive.last_seen = rospy.Time(10)
+    message.primitives.append(primitive)
+publisher = rospy.Publisher("object_primitives", ObjectPrimitives, queue_size=1, latch=True)
+publisher.publish(message)
+rospy.spin()
+"""
+
+if __name__ == "__main__":
+    unittest.main()
