@@ -58,7 +58,8 @@ void addFloor(const FreeSpace& space, double body_height_m, GroundPlan& plan) {
 PlaceExtractor::PlaceExtractor(const PlacesConfig& config)
     : config_((config::validate(config, "places"), config)),
       ground_(config),
-      views_(config.max_views, config.max_view_range_m, config.occlusion_tolerance_m) {}
+      views_(config.max_views, config.max_view_range_m, config.occlusion_tolerance_m,
+             config.view_weighting) {}
 
 void PlaceExtractor::update(const mapping::TsdfVolume& free_space,
                             const std::vector<mapping::GridIndex>& changed_blocks, Stamp stamp) {
@@ -152,7 +153,7 @@ void PlaceExtractor::addView(const RgbdFrame& frame, const Embedding& image_embe
   embedding_size_ = image_embedding.size();
   const View& view = views_.add(makeView(frame, image_embedding));
   for (PlaceState& state : places_) {
-    if (views_.sees(view, state.place.position_m)) state.views.add(image_embedding);
+    views_.addTo(state.views, view, state.place.position_m);
   }
   ++counters_.views;
   counters_.forgotten_views = views_.numForgotten();

@@ -7,6 +7,8 @@
 namespace tsg::places {
 namespace {
 
+constexpr double kNearestView_m = 0.5;  ///< nearer views do not count for more
+
 std::uint16_t computeMedian_mm(const DepthImage& depth, const cv::Rect& tile) {
   std::vector<float> values_m;
   for (int v = tile.y; v < tile.y + tile.height; ++v) {
@@ -52,15 +54,29 @@ View makeView(const RgbdFrame& frame, const Embedding& embedding) {
   return view;
 }
 
-void ViewSum::add(const Embedding& embedding) {
-  if (sum.size() == 0) sum.setZero(embedding.size());
-  sum += embedding.cast<double>();
+double computeViewWeight(double distance_m, ViewWeighting weighting) {
+  if (weighting != ViewWeighting::kInverseSquare) return 1.0;
+  const double d_m = std::max(distance_m, kNearestView_m);
+  return 1.0 / (d_m * d_m);
+}
+
+void ViewSum::add(const Embedding& embedding, double distance_m, ViewWeighting weighting) {
+  const bool is_nearest = count == 0 || distance_m < nearest_m;
+  if (is_nearest) nearest_m = distance_m;
   ++count;
+  const double w = computeViewWeight(distance_m, weighting);
+  if (sum.size() == 0 || (weighting == ViewWeighting::kClosest && is_nearest)) {
+    sum = static_cast<float>(w) * embedding;
+    weight = w;
+  } else if (weighting != ViewWeighting::kClosest) {
+    sum += static_cast<float>(w) * embedding;
+    weight += w;
+  }
 }
 
 Embedding ViewSum::computeMean() const {
   if (count == 0) return {};
-  return (sum / static_cast<double>(count)).cast<float>();
+  return sum / static_cast<float>(weight);
 }
 
 const View& ViewDatabase::add(View view) {
@@ -72,10 +88,16 @@ const View& ViewDatabase::add(View view) {
   return views_.back();
 }
 
+bool ViewDatabase::addTo(ViewSum& sum, const View& view, const Eigen::Vector3d& p_world) const {
+  if (!sees(view, p_world)) return false;
+  sum.add(view.embedding, (view.T_camera_world * p_world).norm(), weighting_);
+  return true;
+}
+
 ViewSum ViewDatabase::collect(const Eigen::Vector3d& p_world) const {
   ViewSum sum;
   for (const View& view : views_) {
-    if (sees(view, p_world)) sum.add(view.embedding);
+    addTo(sum, view, p_world);
   }
   return sum;
 }

@@ -35,8 +35,9 @@ struct PlaceCounters {
 
 /// Turns observed free space into a graph of places with semantic features [Clio24, Sec. IV-A;
 /// Hydra22]: distance field -> generalised Voronoi diagram -> sparse graph; each place's embedding
-/// is the mean image embedding of all views that see it. Results do not depend on the order of
-/// changed blocks nor on any thread count (there is one thread). Not thread-safe.
+/// is the weighted mean of the image embeddings of all views that see it (ViewWeighting). Results
+/// do not depend on the order of changed blocks nor on any thread count (there is one thread). Not
+/// thread-safe.
 ///
 /// deviation: Hydra's field is three-dimensional, so the nearest surface is mostly floor or
 /// ceiling, places hover at the height of the ceiling's middle over tables and sofas, and a camera

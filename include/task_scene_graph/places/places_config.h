@@ -11,6 +11,13 @@ enum class FreeSpaceKind {
   kVolume     ///< every observed free voxel; clearance is three-dimensional
 };
 
+/// How much each view that sees a place counts for its feature.
+enum class ViewWeighting {
+  kAverage,       ///< all the same [Clio24, Sec. IV-A]
+  kClosest,       ///< only the nearest one [Clio24, Sec. V-C, Clio (closest)]
+  kInverseSquare  ///< by the solid angle under which it is seen
+};
+
 /// deviation: upstream looks 3 m far and keeps places 0.4 m from obstacles; here 5 m, since a
 /// ground plan costs little and halls are wide, and 0.3 m, since the middle of a 0.8 m door in 0.1
 /// m voxels may have no more than that.
@@ -33,6 +40,9 @@ struct PlacesConfig {
   double max_view_range_m = 5.0;
   double occlusion_tolerance_m = 0.1;
   int max_views = 4000;
+  /// deviation: the paper averages; but a whole image says more of what is near, and what looks
+  /// into a room through its door then names the room (docs/places.md has the numbers).
+  ViewWeighting view_weighting = ViewWeighting::kInverseSquare;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor& v) {
@@ -76,6 +86,12 @@ struct PlacesConfig {
             "a place farther behind the measured depth is hidden");
     v.field("max_views", self.max_views, {1, 1000000}, "",
             "views kept for places yet to come; the oldest is forgotten first");
+    v.choice("view_weighting", self.view_weighting,
+             {{"average", ViewWeighting::kAverage},
+              {"closest", ViewWeighting::kClosest},
+              {"inverse_square", ViewWeighting::kInverseSquare}},
+             "what a view counts for a place that it sees: all the same (the paper), the nearest "
+             "alone, or by the inverse square of its distance");
   }
 };
 

@@ -172,15 +172,50 @@ TEST(PlaceFeatures, WallHidesThePlacesBehindIt) {
   EXPECT_GE(num_hidden, 1);
 }
 
-TEST(PlaceFeatures, EqualTheMeanOverAllViewsWhateverCameFirst) {
+class WeightedFeatures : public ::testing::TestWithParam<ViewWeighting> {};
+INSTANTIATE_TEST_SUITE_P(Weightings, WeightedFeatures,
+                         ::testing::Values(ViewWeighting::kAverage, ViewWeighting::kClosest,
+                                           ViewWeighting::kInverseSquare));
+
+/// The feature of a point from all views at once; with how many see it.
+std::pair<Embedding, std::uint32_t> computeFeature(const std::vector<View>& views,
+                                                   const Eigen::Vector3d& p_world,
+                                                   ViewWeighting weighting) {
+  Eigen::Vector2d sum(0, 0);
+  double total = 0.0;
+  double nearest_m = std::numeric_limits<double>::infinity();
+  std::uint32_t count = 0;
+  for (const View& view : views) {
+    if (!view.sees(p_world, 5.0, 0.1)) continue;
+    ++count;
+    const double distance_m = (view.T_camera_world * p_world).norm();
+    double weight = 1.0;
+    if (weighting == ViewWeighting::kInverseSquare) {
+      weight = 1.0 / std::pow(std::max(distance_m, 0.5), 2);
+    }
+    if (weighting == ViewWeighting::kClosest) {
+      if (distance_m >= nearest_m) continue;
+      nearest_m = distance_m;
+      sum.setZero();
+      total = 0.0;
+    }
+    sum += weight * view.embedding.cast<double>();
+    total += weight;
+  }
+  return {(sum / total).cast<float>(), count};
+}
+
+TEST_P(WeightedFeatures, EqualThoseOfAllViewsAtOnceWhateverCameFirst) {
   const TwoRooms rooms;
   std::mt19937 random(3);
   std::uniform_real_distribution<double> x_m(0.5, 3.5);
   std::uniform_real_distribution<double> yaw_rad(-3.1, 3.1);
   std::normal_distribution<float> normal;
-  PlaceExtractor places_first{PlacesConfig{}};
+  PlacesConfig config;
+  config.view_weighting = GetParam();
+  PlaceExtractor places_first{config};
   places_first.update(rooms.volume, rooms.blocks, Stamp{1});
-  PlaceExtractor views_first{PlacesConfig{}};
+  PlaceExtractor views_first{config};
   std::vector<View> views;
   for (int i = 0; i < 60; ++i) {
     const Eigen::Vector3d at_m(x_m(random) + (i % 2 == 0 ? 4.2 : 0.0), x_m(random), 1.2);
@@ -195,21 +230,45 @@ TEST(PlaceFeatures, EqualTheMeanOverAllViewsWhateverCameFirst) {
   std::uint32_t num_views = 0;
   for (std::size_t i = 0; i < graph.places.size(); ++i) {
     const Place& place = graph.places[i];
-    Eigen::Vector2d sum(0, 0);
-    std::uint32_t count = 0;
-    for (const View& view : views) {
-      if (!view.sees(place.position_m, 5.0, 0.1)) continue;
-      sum += view.embedding.cast<double>();
-      ++count;
-    }
+    const auto [feature, count] = computeFeature(views, place.position_m, GetParam());
     ASSERT_EQ(place.num_views, count);
     ASSERT_EQ(views_first.graph().places[i].num_views, count);
     num_views += count;
     if (count == 0) continue;
-    EXPECT_TRUE(place.embedding.isApprox((sum / count).cast<float>(), 1e-5F));
+    EXPECT_TRUE(place.embedding.isApprox(feature, 1e-4F));
     EXPECT_EQ(views_first.graph().places[i].embedding, place.embedding);
   }
   EXPECT_GT(num_views, 40U);
+}
+
+TEST(ViewSum, OfTheClosestKeepsTheFirstOfViewsEquallyNear) {
+  ViewSum sum;
+  sum.add(makeEmbedding(1, 0), 2.0, ViewWeighting::kClosest);
+  sum.add(makeEmbedding(0, 1), 2.0, ViewWeighting::kClosest);
+  EXPECT_EQ(sum.computeMean(), makeEmbedding(1, 0));
+  EXPECT_EQ(sum.count, 2U);
+  sum.add(makeEmbedding(0, 1), 1.5, ViewWeighting::kClosest);
+  EXPECT_EQ(sum.computeMean(), makeEmbedding(0, 1));
+}
+
+TEST(ViewSum, DoesNotCountViewsNearerThanHalfAMetreForMore) {
+  EXPECT_EQ(computeViewWeight(0.1, ViewWeighting::kInverseSquare),
+            computeViewWeight(0.5, ViewWeighting::kInverseSquare));
+  EXPECT_EQ(computeViewWeight(2.0, ViewWeighting::kInverseSquare), 0.25);
+}
+
+/// In a room beside a door: a place is like its own room though most views look in from outside.
+TEST(PlaceFeatures, BelongToTheirOwnRoomIfViewsCountBySolidAngle) {
+  const auto view = [](float own, double distance_m, ViewSum& sum, ViewWeighting weighting) {
+    sum.add(makeEmbedding(own, 1.0F - own), distance_m, weighting);
+  };
+  for (const ViewWeighting weighting : {ViewWeighting::kAverage, ViewWeighting::kInverseSquare}) {
+    ViewSum sum;
+    for (int i = 0; i < 6; ++i) view(0.2F, 4.0, sum, weighting);  // through the door
+    for (int i = 0; i < 2; ++i) view(0.9F, 1.0, sum, weighting);  // in the room
+    const Embedding mean = sum.computeMean();
+    EXPECT_EQ(mean[0] > mean[1], weighting == ViewWeighting::kInverseSquare);
+  }
 }
 
 TEST(PlaceFeatures, UnusableViewsAreIgnoredAndCounted) {
