@@ -9,6 +9,7 @@
 #include <numeric>
 #include <sstream>
 
+#include "task_scene_graph/config/yaml_text.h"
 #include "task_scene_graph/core/files.h"
 
 namespace tsg::config {
@@ -117,7 +118,7 @@ YAML::Node loadYamlFile(const std::string& path) {
     throw ConfigError(e.what());
   }
   try {
-    const std::string text = readText(path);
+    const std::string text = endLine(readText(path));
     if (hasSecondDocument(text)) {
       throw ConfigError(where,
                         {"there are 2 documents in it or more, expected one: lines '---', or a "

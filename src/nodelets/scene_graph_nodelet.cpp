@@ -215,7 +215,12 @@ void SceneGraphNodelet::startTopics() {
   marker_publisher_ =
       handle.advertise<visualization_msgs::MarkerArray>("scene_graph_markers", 10, true);
   startTunables();
-  upstream_settings_ = std::make_unique<ros_interface::SettingsFollower>(handle, config_.upstream);
+  // Debian 11's nodelet queue takes nothing before the nodelet has started: latched messages are
+  // lost.
+  ros::NodeHandle settings_handle(handle);
+  settings_handle.setCallbackQueue(serviceHandle().getCallbackQueue());
+  upstream_settings_ =
+      std::make_unique<ros_interface::SettingsFollower>(settings_handle, config_.upstream);
   primitives_subscriber_ =
       handle.subscribe("object_primitives", 0, &SceneGraphNodelet::onPrimitives, this);
   places_subscriber_ = handle.subscribe("place_graph", 100, &SceneGraphNodelet::onPlaces, this);

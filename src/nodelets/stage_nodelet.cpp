@@ -65,17 +65,7 @@ void StageNodelet::publishSettings() {
   NODELET_INFO_STREAM("[" << getName() << "] parameters: " << countOrigins(settings_.settings));
 }
 
-/// roscpp 1.15.9 (Debian 11) does not send what is latched to who subscribes in the same process.
-void StageNodelet::republishSettings() {
-  const std::lock_guard<std::mutex> lock(settings_mutex_);
-  const std::uint32_t before = num_settings_subscribers_;
-  num_settings_subscribers_ = settings_publisher_.getNumSubscribers();
-  if (num_settings_subscribers_ <= before) return;
-  settings_publisher_.publish(ros_interface::toMessage(settings_));
-}
-
 void StageNodelet::look() {
-  republishSettings();
   check();
   diagnostics_->force_update();
 }

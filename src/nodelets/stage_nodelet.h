@@ -64,7 +64,6 @@ class StageNodelet : public nodelet::Nodelet {
  private:
   void onInit() final;
   void publishSettings();
-  void republishSettings();
   void look();
   bool serveFlush(msg::FlushRequest& request, msg::FlushResponse& response);
   bool serveReset(std_srvs::TriggerRequest& request, std_srvs::TriggerResponse& response);
@@ -74,7 +73,6 @@ class StageNodelet : public nodelet::Nodelet {
   mutable std::mutex settings_mutex_;  ///< guards the two below
   config::StageSettings settings_;
   ros::Publisher settings_publisher_;
-  std::uint32_t num_settings_subscribers_ = 0;  ///< of the timer's thread
   std::unique_ptr<ros_interface::StageReport> report_;
   std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
   ros::CallbackQueue service_queue_;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "task_scene_graph/config/scalar.h"
+#include "task_scene_graph/config/yaml_text.h"
 #include "task_scene_graph/core/files.h"
 #include "task_scene_graph/ros/image_conversions.h"
 #include "task_scene_graph/ros/source_image.h"
@@ -94,7 +95,7 @@ sensor_msgs::CameraInfo fromKeys(const YAML::Node& yaml) {
 
 sensor_msgs::CameraInfo fromYaml(const std::string& text, const std::string& path) {
   try {
-    const YAML::Node yaml = YAML::Load(text);
+    const YAML::Node yaml = YAML::Load(config::endLine(text));
     if (yaml.IsMap() && yaml["camera_matrix"]) return fromCalibration(yaml);
     if (yaml.IsMap() && yaml["fx"]) return fromKeys(yaml);
   } catch (const std::exception& e) {

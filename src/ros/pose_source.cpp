@@ -118,11 +118,12 @@ bool isUsable(const Pose& T_world_camera) {
          T_world_camera.translation().cwiseAbs().maxCoeff() <= kLargest_m;
 }
 
-PoseSource::Answer explainUnusable(const Pose& T_world_camera, Stamp stamp) {
+PoseSource::Answer explainUnusable(const Pose& T_world_camera, Stamp stamp,
+                                   const std::string& source) {
   std::ostringstream text;
-  text << "the camera's position at stamp " << formatSeconds(stamp.seconds()) << " s is ("
-       << T_world_camera.translation().transpose() << ") m, expected coordinates within "
-       << kLargest_m << " m";
+  text << "the camera's position " << source << " at stamp " << formatSeconds(stamp.seconds())
+       << " s is (" << T_world_camera.translation().transpose()
+       << ") m, expected coordinates within " << kLargest_m << " m";
   PoseSource::Answer answer;
   answer.reason = "bad pose";
   answer.is_final = true;
@@ -193,7 +194,7 @@ PoseSource::Answer PoseSource::lookUp(const std::string& camera_frame, Stamp sta
   }
   answer = usesTf() ? lookUpTf(config_.world_frame, frame, stamp) : lookUpTrajectory(frame, stamp);
   if (answer.T_world_camera && !isUsable(*answer.T_world_camera)) {
-    answer = explainUnusable(*answer.T_world_camera, stamp);
+    answer = explainUnusable(*answer.T_world_camera, stamp, usesTf() ? "by /tf" : sourceName());
   } else if (answer.T_world_camera) {
     answer.T_world_camera = *answer.T_world_camera * toOptical(config_.camera_axes);
   } else if (answer.reason.empty()) {
@@ -213,7 +214,7 @@ PoseSource::Answer PoseSource::lookUpTf(const std::string& target, const std::st
   } catch (const std::invalid_argument& e) {  // links that are finite each, not all together
     answer.reason = "bad pose";
     answer.is_final = true;
-    answer.why_not = "transform from '" + source + "' to '" + target + "' at stamp " +
+    answer.why_not = "transform on /tf from '" + source + "' to '" + target + "' at stamp " +
                      formatSeconds(stamp.seconds()) + " s: " + e.what();
     return answer;
   } catch (const std::exception&) {

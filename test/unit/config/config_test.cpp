@@ -320,6 +320,20 @@ TEST(YamlFile, AliasesOfOneValueAreFine) {
   EXPECT_EQ(loadYamlFile((folder.path() / "x.yaml").string())["b"][1].as<int>(), 2);
 }
 
+TEST(YamlFile, ATextThatEndsAfterAColonInBracketsIsRefused) {
+  const test::TemporaryFolder folder;
+  const std::string path = (folder.path() / "damaged.yaml").string();
+  for (const char* text : {"[5:", "{5:", "- [5:", "a: [b:", "[5:]", "[? 5:"}) {
+    std::ofstream(path) << text;
+    try {
+      const YAML::Node read = loadYamlFile(path);
+      EXPECT_STREQ(text, "[5:]") << YAML::Dump(read);
+    } catch (const ConfigError& e) {
+      EXPECT_NE(std::string(e.what()).find(path), std::string::npos) << e.what();
+    }
+  }
+}
+
 TEST(YamlFile, AnEmptyFileHoldsNothing) {
   const test::TemporaryFolder folder;
   std::ofstream(folder.path() / "x.yaml") << "# nothing\n";
