@@ -75,38 +75,6 @@ float VoxelMap::at(const GridIndex& voxel) const {
   return block == column->second.end() ? kNotObserved : (*block->second)[computeLinear(voxel)];
 }
 
-std::array<VoxelMap::Column, 64> VoxelMap::readColumns(const ColumnIndex& index) const {
-  std::array<Column, 64> result;
-  const auto found = columns_.find(index);
-  if (found == columns_.end() || found->second.empty()) return result;
-  const int min_block = found->second.begin()->first;
-  const int num_blocks = found->second.rbegin()->first - min_block + 1;
-  for (Column& column : result) {
-    column.min_z = min_block * kBlockSide;
-    column.distances_m.assign(static_cast<std::size_t>(num_blocks * kBlockSide), kNotObserved);
-  }
-  for (const auto& [block_z, block] : found->second) {
-    for (std::size_t i = 0; i < block->size(); ++i) {
-      const std::size_t z = static_cast<std::size_t>((block_z - min_block) * kBlockSide) + i / 64;
-      result[i % 64].distances_m[z] = (*block)[i];
-    }
-  }
-  return result;
-}
-
-bool VoxelMap::computeBounds(const std::vector<ColumnIndex>& columns, GridIndex& min,
-                             GridIndex& max) const {
-  min.setConstant(std::numeric_limits<int>::max());
-  max.setConstant(std::numeric_limits<int>::min());
-  for (const auto& index : columns) {
-    const BlockColumn& blocks = columns_.at(index);
-    min = min.cwiseMin(GridIndex(index.first, index.second, blocks.begin()->first) * kBlockSide);
-    const GridIndex last(index.first, index.second, blocks.rbegin()->first);
-    max = max.cwiseMax(last * kBlockSide + GridIndex::Constant(kBlockSide - 1));
-  }
-  return !columns.empty();
-}
-
 std::vector<VoxelMap::ColumnIndex> VoxelMap::columnIndices() const {
   std::vector<ColumnIndex> indices;
   indices.reserve(columns_.size());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Place graph of a building of rooms of 5 x 5 m joined by doors: a full update, an update after the
-// blocks of one room changed, taking in a view; beside the exact distance transform exhaustive
+// Place graph of a building of rooms of 5 x 5 m joined by doors and of a corridor: an update after
+// the blocks of one room, or of a window of 8 m at the corridor's end, changed, beside one
+// computation with everything; taking in a view; the exact distance transform beside exhaustive
 // search on the same grid.
 #include <benchmark/benchmark.h>
 
@@ -8,6 +9,7 @@
 #include <limits>
 #include <random>
 
+#include "task_scene_graph/places/dense_grid.h"
 #include "task_scene_graph/places/place_extractor.h"
 
 namespace tsg::places {
@@ -70,6 +72,78 @@ BENCHMARK(updateOneRoom)
     ->Args({10, 0})
     ->Args({1, 1})
     ->Args({4, 1})
+    ->Unit(benchmark::kMillisecond);
+
+/// A corridor 2.4 m wide along x with a pillar every 5 m, walked; observed up to 2.4 m.
+mapping::TsdfVolume makeCorridor(int length_m) {
+  mapping::TsdfVolume volume(0.1);
+  for (int x = 0; x < 10 * length_m; ++x) {
+    for (int y = -2; y < 26; ++y) {
+      for (int z = -2; z < 24; ++z) {
+        const Eigen::Vector3d p = volume.computeVoxelCenter({x, y, z});
+        const double along_m = std::abs(p.x() - 5.0 * std::round(p.x() / 5.0)) - 0.2;
+        const double pillar_m = std::hypot(std::max(0.0, along_m), std::max(0.0, p.y() - 2.0));
+        const double wall_m = std::min(p.y(), 2.4 - p.y());
+        const double distance_m =
+            std::min({p.z(), wall_m, pillar_m > 0.0 ? pillar_m : std::max(along_m, 2.0 - p.y())});
+        if (distance_m < -0.3) continue;
+        auto& block = volume.allocateBlock(mapping::TsdfVolume::computeBlockIndex({x, y, z}));
+        auto& voxel = block.voxels[static_cast<std::size_t>(mapping::TsdfBlock::computeLinearIndex(
+            mapping::TsdfVolume::computeLocalIndex({x, y, z})))];
+        voxel.distance_m = static_cast<float>(std::min(distance_m, 0.3));
+        voxel.weight = 1.0F;
+      }
+    }
+  }
+  return volume;
+}
+
+/// Voxels of the last 8 m move by a few millimetres in every update, as noise moves them.
+void updateWindowOfCorridor(benchmark::State& state) {
+  const auto length_m = static_cast<int>(state.range(0));
+  mapping::TsdfVolume volume = makeCorridor(length_m);
+  std::vector<GridIndex> window;
+  for (const GridIndex& block : volume.sortedBlockIndices()) {
+    if (0.8 * (block.x() + 1) > length_m - 8.0) window.push_back(block);
+  }
+  PlaceExtractor extractor{PlacesConfig{}};
+  for (int i = 0; i < 10 * length_m; ++i) {
+    CameraPose pose{Stamp{1000000000LL + i * 100000000LL}, Pose::Identity()};
+    pose.T_world_camera.translation() = Eigen::Vector3d(0.1 * i, 1.0, 1.4);
+    extractor.addPose(pose);
+  }
+  extractor.update(volume, volume.sortedBlockIndices(), Stamp{1});
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> noise_m(-0.005F, 0.005F);
+  for (auto _ : state) {
+    state.PauseTiming();
+    for (const GridIndex& block : window) {
+      for (auto& voxel : volume.findBlock(block)->voxels) voxel.distance_m += noise_m(random);
+    }
+    state.ResumeTiming();
+    extractor.update(volume, window, Stamp{2});
+  }
+  state.counters["places"] = static_cast<double>(extractor.graph().places.size());
+}
+BENCHMARK(updateWindowOfCorridor)
+    ->ArgName("length_m")
+    ->Arg(50)
+    ->Arg(200)
+    ->Arg(1000)
+    ->Unit(benchmark::kMillisecond);
+
+void computeAllOfCorridor(benchmark::State& state) {
+  const mapping::TsdfVolume volume = makeCorridor(static_cast<int>(state.range(0)));
+  const auto blocks = volume.sortedBlockIndices();
+  for (auto _ : state) {
+    PlaceExtractor extractor{PlacesConfig{}};
+    extractor.update(volume, blocks, Stamp{1});
+  }
+}
+BENCHMARK(computeAllOfCorridor)
+    ->ArgName("length_m")
+    ->Arg(50)
+    ->Arg(200)
     ->Unit(benchmark::kMillisecond);
 
 void addView(benchmark::State& state) {

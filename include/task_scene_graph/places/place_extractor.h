@@ -2,16 +2,16 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
+#include <memory>
 #include <unordered_map>
 #include <vector>
 
 #include "task_scene_graph/core/frame.h"
 #include "task_scene_graph/core/primitives.h"
 #include "task_scene_graph/mapping/tsdf_volume.h"
-#include "task_scene_graph/places/ground_map.h"
 #include "task_scene_graph/places/ground_plan.h"
 #include "task_scene_graph/places/places_config.h"
-#include "task_scene_graph/places/sparse_graph.h"
 #include "task_scene_graph/places/view_database.h"
 #include "task_scene_graph/places/voxel_map.h"
 
@@ -33,10 +33,13 @@ struct PlaceCounters {
   std::uint64_t places_removed = 0;
 };
 
+class PlaceLayers;
+
 /// Turns observed free space into a graph of places with semantic features [Clio24, Sec. IV-A;
 /// Hydra22]: distance field -> generalised Voronoi diagram -> sparse graph; each place's embedding
 /// is the weighted mean of the image embeddings of all views that see it (ViewWeighting). Results
-/// do not depend on the order of changed blocks nor on any thread count (there is one thread). Not
+/// do not depend on the order of changed blocks nor on any thread count (there is one thread), and
+/// the graph is that of one update with all blocks. docs/places.md tells how places are found. Not
 /// thread-safe.
 ///
 /// deviation: Hydra's field is three-dimensional, so the nearest surface is mostly floor or
@@ -45,27 +48,27 @@ struct PlaceCounters {
 /// horizontally, over observed floor, to whatever stands in the way of a body (FreeSpaceKind);
 /// `volume` is Hydra's way. Open space that the diagram leaves empty (beside unseen space there is
 /// only one obstacle to be near to) gets places as well (fill_distance_m).
-/// deviation: upstream keeps places of an active window and freezes the others; here the whole
-/// graph is kept up to date, from an own copy of the observed voxels (2 kB per 8^3 block).
-/// deviation: upstream has no occlusion test; here a view counts only if the place is not behind
-/// the measured depth.
+/// deviation: upstream knows what was seen only; here the way of the body that carries the camera
+/// is free space too, and places along it are joined. deviation: upstream drops the voxels outside
+/// the active window; here they are kept, off the window, as an own copy (2 kB per 8^3 block), so
+/// that a revisit goes on where the last visit ended. deviation: upstream has no occlusion test;
+/// here a view counts only if the place is not behind the measured depth.
 class PlaceExtractor {
  public:
   /// @throws config::ConfigError naming every field out of range.
   explicit PlaceExtractor(const PlacesConfig& config);
+  ~PlaceExtractor();
 
   /// Takes in the changed blocks of a carved volume (distance > 0 = free, weight 0 = unknown; a
-  /// block that is no longer there is remembered as it was) and recomputes the graph. A place keeps
-  /// its id while a place remains within one cell of where it was.
-  /// @throws std::invalid_argument if the voxel size differs from that of earlier calls,
-  /// std::length_error if connected free space is too large for a dense grid (requireBounded()).
-  /// O(changed voxels + extent of the map in voxels: of its ground plan, or of its box for
-  /// `volume`).
+  /// block that is no longer there is remembered as it was) and brings the graph up to date. A
+  /// place keeps its id while a place remains within one cell of where it was.
+  /// @throws std::invalid_argument if the voxel size differs from that of earlier calls.
+  /// O(changed voxels + free space within max_distance_m of them), whatever the map's extent.
   void update(const mapping::TsdfVolume& free_space,
               const std::vector<mapping::GridIndex>& changed_blocks, Stamp stamp);
 
-  /// Takes in where the camera was when a frame that is in the volume was taken: the way of the body
-  /// that carries it. In the order of the frames. O(1).
+  /// Takes in where the camera was when a frame that is in the volume was taken: the way of the
+  /// body that carries it. In the order of the frames. O(1).
   void addPose(const CameraPose& pose);
 
   /// Takes in one view; places that appear later get it too, as long as it is remembered
@@ -77,28 +80,31 @@ class PlaceExtractor {
   /// The graph as of the last update, with the features of all views so far.
   PlaceGraph graph() const;
 
-  /// The floors as of the last update; empty for `volume`. Copy it to keep it (a copy shares tiles).
-  const GroundPlan& plan() const { return plan_; }
+  /// The floors as of the last update; empty for `volume`. Copy it to keep it (a copy shares
+  /// tiles).
+  const GroundPlan& plan() const;
 
   const PlaceCounters& counters() const { return counters_; }
 
  private:
   struct PlaceState {
-    Place place;  ///< its embedding is set by graph()
+    Place place;                                          ///< its embedding is set by graph()
+    mapping::GridIndex key = mapping::GridIndex::Zero();  ///< voxel in which it lies
     ViewSum views;
   };
+  struct Changes;
 
-  SparseGraph computeSparseGraph();
-  void replacePlaces(const SparseGraph& sparse);
-  std::vector<PlaceId> matchIds(const std::vector<SparsePlace>& found);
+  Changes findChanges(const std::vector<mapping::GridIndex>& touched);
+  void matchIds(Changes& changes);
+  void addPlaces(const Changes& changes);
+  std::vector<PlaceEdge> collectEdges() const;
 
   PlacesConfig config_;
   VoxelMap voxels_;
-  GroundMap ground_;
-  GroundPlan plan_;
+  std::unique_ptr<PlaceLayers> layers_;
   ViewDatabase views_;
-  std::vector<PlaceState> places_;  ///< ascending by id
-  std::vector<PlaceEdge> edges_;
+  std::map<PlaceId, PlaceState> places_;
+  std::unordered_map<mapping::GridIndex, PlaceId, mapping::GridIndexHash> id_of_key_;
   Stamp stamp_;
   std::uint64_t next_id_ = 1;
   Eigen::Index embedding_size_ = 0;  ///< 0 until the first view

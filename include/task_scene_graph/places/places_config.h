@@ -24,6 +24,9 @@ enum class ViewWeighting {
 struct PlacesConfig {
   FreeSpaceKind free_space = FreeSpaceKind::kWalkable;
   double body_height_m = 1.0;
+  double body_radius_m = 0.25;
+  double camera_height_m = 0.0;
+  double max_way_gap_m = 1.0;
   double max_step_m = 0.2;
   double min_floor_area_m2 = 4.0;
   double max_floor_gap_m = 0.5;
@@ -35,7 +38,8 @@ struct PlacesConfig {
   double merge_distance_m = 0.5;
   double fill_distance_m = 0.75;
   double min_edge_clearance_m = 0.25;
-  double max_bridge_m = 2.0;
+  double max_edge_m = 2.2;
+  double edge_stretch = 1.1;
   int min_component_size = 3;
   double max_view_range_m = 5.0;
   double occlusion_tolerance_m = 0.1;
@@ -52,6 +56,14 @@ struct PlacesConfig {
              "observed free space, clearance in 3D");
     v.field("body_height_m", self.body_height_m, {0.1, 3.0}, "m",
             "walkable: height above the floor that must be observed free");
+    v.field("body_radius_m", self.body_radius_m, {0.05, 2.0}, "m",
+            "what the body that carries the camera covers is floor (volume: free) unless something "
+            "solid was seen there");
+    v.field("camera_height_m", self.camera_height_m, {0.0, 10.0}, "m",
+            "walkable: of the camera above the floor; 0 = estimated from the floor that is seen "
+            "around it");
+    v.field("max_way_gap_m", self.max_way_gap_m, {0.0, 100.0}, "m",
+            "consecutive poses farther apart are a jump, not a way; 0 = the way is not used");
     v.field("max_step_m", self.max_step_m, {0.05, 1.0}, "m",
             "walkable: floor may rise by this from voxel to voxel; what is lower is no obstacle");
     v.field("min_floor_area_m2", self.min_floor_area_m2, {0.0, 1000.0}, "m2",
@@ -76,10 +88,12 @@ struct PlacesConfig {
             "get a place as well; 0 = only Voronoi places");
     v.field("min_edge_clearance_m", self.min_edge_clearance_m, {0.0, 5.0}, "m",
             "least clearance along the straight line of an edge");
-    v.field("max_bridge_m", self.max_bridge_m, {0.0, 20.0}, "m",
-            "longest extra edge that joins parts of the graph through observed free space");
+    v.field("max_edge_m", self.max_edge_m, {0.5, 10.0}, "m",
+            "edges join places at most so far apart, along free straight lines ...");
+    v.field("edge_stretch", self.edge_stretch, {1.0, 2.0}, "",
+            "... unless a way over a third place is at most so many times as long");
     v.field("min_component_size", self.min_component_size, {1, 1000}, "",
-            "connected parts with fewer places are left out");
+            "connected parts that meet fewer cells are left out, unless the body was there");
     v.field("max_view_range_m", self.max_view_range_m, {0.1, 100.0}, "m",
             "views see places up to this distance");
     v.field("occlusion_tolerance_m", self.occlusion_tolerance_m, {0.0, 5.0}, "m",

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <memory>
@@ -18,7 +20,7 @@ using mapping::GridIndex;
 /// Signed distance of a voxel that was never observed.
 constexpr float kNotObserved = std::numeric_limits<float>::quiet_NaN();
 
-inline bool isUnknown(float distance_m) { return distance_m != distance_m; }
+inline bool isNotObserved(float distance_m) { return distance_m != distance_m; }
 inline bool isFree(float distance_m) { return distance_m > 0.0F; }
 inline bool isSolid(float distance_m) { return distance_m <= 0.0F; }
 
@@ -46,11 +48,48 @@ class VoxelMap {
     std::vector<float> distances_m;
   };
 
-  /// The 8 x 8 columns of a block column, x fastest. Empty distances if there is no block.
-  std::array<Column, 64> readColumns(const ColumnIndex& index) const;
+  /// Calls `visit(offset, column)` for each of the 8 x 8 columns (offset: x fastest) and each run
+  /// of blocks that lie on one another, from below. O(voxels of the block column).
+  template <typename Visit>
+  void forEachRun(const ColumnIndex& index, Visit visit) const {
+    const auto found = columns_.find(index);
+    if (found == columns_.end()) return;
+    Column column;
+    for (auto first = found->second.begin(); first != found->second.end();) {
+      auto last = std::next(first);
+      while (last != found->second.end() && last->first == std::prev(last)->first + 1) ++last;
+      column.min_z = first->first * mapping::kBlockSide;
+      for (int offset = 0; offset < 64; ++offset) {
+        column.distances_m.clear();
+        for (auto block = first; block != last; ++block) {
+          for (int z = 0; z < mapping::kBlockSide; ++z) {
+            column.distances_m.push_back(
+                (*block->second)[static_cast<std::size_t>(offset + 64 * z)]);
+          }
+        }
+        visit(offset, column);
+      }
+      first = last;
+    }
+  }
 
-  /// Smallest box of voxels that holds every block of these columns; false if there is none.
-  bool computeBounds(const std::vector<ColumnIndex>& columns, GridIndex& min, GridIndex& max) const;
+  /// Calls `visit(z, distance_m)` for the voxels of a column from `first_z` up to `last_z`, as far
+  /// as there are blocks, until it returns false. O(blocks + voxels).
+  template <typename Visit>
+  void forEachInColumn(int x, int y, int first_z, int last_z, Visit visit) const {
+    const auto found = columns_.find({x >> 3, y >> 3});
+    if (found == columns_.end()) return;
+    const auto& blocks = found->second;
+    const auto column = static_cast<std::size_t>((x & 7) + 8 * (y & 7));
+    for (auto block = blocks.lower_bound(first_z >> 3); block != blocks.end(); ++block) {
+      const int base_z = block->first * mapping::kBlockSide;
+      if (base_z > last_z) return;
+      for (int z = std::max(first_z, base_z); z <= std::min(last_z, base_z + 7); ++z) {
+        const auto at = column + 64 * static_cast<std::size_t>(z - base_z);
+        if (!visit(z, (*block->second)[at])) return;
+      }
+    }
+  }
 
   /// All block columns, ascending.
   std::vector<ColumnIndex> columnIndices() const;

@@ -328,28 +328,6 @@ TEST_P(FarPatch, OfAFrameWhosePoseIsOffByKilometresLeavesThePlacesAsTheyAre) {
 INSTANTIATE_TEST_SUITE_P(BothKinds, FarPatch,
                          testing::Values(FreeSpaceKind::kWalkable, FreeSpaceKind::kVolume));
 
-TEST(PlaceExtractor, FreeSpaceTooLargeForADenseGridIsRefusedWithItsSize) {
-  mapping::TsdfVolume volume(kVoxel_m);
-  // 1.3 km along the diagonal, in patches that touch
-  std::vector<mapping::GridIndex> blocks;
-  for (double at_m = 0.0; at_m < 1300.0; at_m += 1.6) {
-    BoxWorld patch;
-    patch.addFloor(at_m, at_m, at_m + 2.4, at_m + 2.4);
-    for (const auto& block : test::observe(
-             patch, makeAabb({at_m, at_m, -0.3}, {at_m + 2.4, at_m + 2.4, 1.2}), volume)) {
-      blocks.push_back(block);
-    }
-  }
-  PlaceExtractor extractor{PlacesConfig{}};
-  try {
-    extractor.update(volume, blocks, Stamp{1});
-    FAIL() << "accepted";
-  } catch (const std::length_error& e) {
-    EXPECT_NE(std::string(e.what()).find("0.1 m"), std::string::npos) << e.what();
-    EXPECT_NE(std::string(e.what()).find("1301.6"), std::string::npos) << e.what();
-  }
-}
-
 TEST(PlaceExtractor, AnotherVoxelSizeIsRejectedWithBothSizes) {
   PlaceExtractor extractor{PlacesConfig{}};
   extractor.update(mapping::TsdfVolume(0.1), {}, Stamp{1});

@@ -1,0 +1,358 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "place_links.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tsg::places {
+namespace {
+
+/// Two places along a trace are joined if a way over a third is at most so many times as long.
+constexpr double kMaxDetour = 1.25;
+
+bool sees(const std::vector<PlaceLinks::Link>& seen, const GridIndex& key,
+          const PlaceLinks::Link*& link) {
+  const auto found = std::lower_bound(
+      seen.begin(), seen.end(), key,
+      [](const PlaceLinks::Link& a, const GridIndex& b) { return CellOrder{}(a.to, b); });
+  if (found == seen.end() || found->to != key) return false;
+  link = &*found;
+  return true;
+}
+
+/// The same for both directions.
+FreeLine followBetween(const SpaceMap& space, const PlaceSeed& a, const PlaceSeed& b) {
+  return CellOrder{}(a.cell, b.cell) ? followLine(space, a, b) : followLine(space, b, a);
+}
+
+/// Calls `visit(column, cell)` for the free cells beside one, of each pair of neighbours once.
+template <typename Visit>
+void forEachNext(const SpaceMap& space, const Column& column, const SpaceCell& cell, Visit visit) {
+  const auto level_m = static_cast<double>(cell.level_m);
+  if (space.isPlan()) {
+    // steps of the way may differ by a step in either direction
+    const double tolerance_m = (cell.is_axis ? 2.0 : 1.0) * space.maxStep();
+    for (const auto& [dx, dy] : {std::pair{1, 0}, {0, 1}, {1, 1}, {-1, 1}}) {
+      const Column beside{column.x + dx, column.y + dy};
+      const SpaceCell* next = space.findFree(beside, level_m, tolerance_m);
+      if (next != nullptr) visit(beside, *next);
+    }
+    return;
+  }
+  for (int i = 14; i < 27; ++i) {
+    const Column beside{column.x + i % 3 - 1, column.y + i / 3 % 3 - 1};
+    const double next_m = level_m + (i / 9 - 1) * space.voxelSize();
+    const SpaceCell* next = space.findFree(beside, next_m, 0.5 * space.voxelSize());
+    if (next != nullptr) visit(beside, *next);
+  }
+}
+
+}  // namespace
+
+/// The anchors of cells of traces, each looked for once.
+class PlaceLinks::Anchors {
+ public:
+  Anchors(const PlaceLinks& links, const SpaceMap& space, const PlaceCells& cells)
+      : links_(links), space_(space), cells_(cells) {}
+
+  const Node* find(const SpaceCell& cell, const PlaceSeed& at) {
+    const auto [found, is_new] = anchor_of_.try_emplace(&cell, nullptr);
+    if (is_new) found->second = links_.findAnchor(space_, cells_, cell, at);
+    return found->second;
+  }
+
+ private:
+  const PlaceLinks& links_;
+  const SpaceMap& space_;
+  const PlaceCells& cells_;
+  std::unordered_map<const SpaceCell*, const Node*> anchor_of_;
+};
+
+CellSet PlaceLinks::update(const SpaceMap& space, const PlaceCells& cells,
+                           const CoarseSet& changed) {
+  CellSet touched;
+  const auto rings = static_cast<int>(std::ceil(config_.max_edge_m / config_.cell_size_m));
+  const CoarseSet around = cells.widen(changed, rings);
+  const TileSet tiles = findTiles(space, cells.widen(around, 1));
+  removeWalks(tiles, touched);
+  replaceNodes(cells, changed, touched);
+  CellSet keys;
+  for (const GridIndex& coarse : around) {
+    for (const PlaceSeed& seed : cells.placesAt(coarse)) keys.insert(seed.cell);
+  }
+  updateSeen(space, cells, keys);
+  CellSet with_links = keys;
+  for (const GridIndex& key : keys) {
+    for (const Link& link : nodes_.at(key).seen) with_links.insert(link.to);
+  }
+  updateLinks(with_links);
+  touched.insert(with_links.begin(), with_links.end());
+  std::vector<std::pair<TileIndex, Walk>> walks;
+  Anchors anchors(*this, space, cells);
+  for (const TileIndex& index : tiles) {
+    walks.emplace_back(index, computeWalk(space, cells, index, anchors));
+  }
+  for (auto& [index, walk] : walks) addWalk(index, std::move(walk), touched);
+  updateKept(cells, touched);
+  return touched;
+}
+
+/// Tiles that meet coarse cells.
+TileSet PlaceLinks::findTiles(const SpaceMap& space, const CoarseSet& coarse) const {
+  const double tile_m = kTileSide * space.voxelSize();
+  TileSet tiles;
+  for (const GridIndex& at : coarse) {
+    const auto toTile = [&](int coordinate) {
+      return static_cast<int>(std::floor(coordinate * config_.cell_size_m / tile_m));
+    };
+    for (int x = toTile(at.x()); x <= toTile(at.x() + 1); ++x) {
+      for (int y = toTile(at.y()); y <= toTile(at.y() + 1); ++y) {
+        if (space.find({x, y}) != nullptr || walks_.count({x, y}) > 0) tiles.insert({x, y});
+      }
+    }
+  }
+  return tiles;
+}
+
+void PlaceLinks::removeWalks(const TileSet& tiles, CellSet& touched) {
+  for (const TileIndex& index : tiles) {
+    const auto found = walks_.find(index);
+    if (found == walks_.end()) continue;
+    const Walk walk = std::move(found->second);
+    walks_.erase(found);
+    for (const WalkLink& link : walk.links) {
+      releaseLink(link.a, link.b);
+      releaseLink(link.b, link.a);
+      touched.insert({link.a, link.b});
+    }
+    for (const GridIndex& key : walk.anchors) --nodes_.at(key).num_anchored;
+    touched.insert(walk.anchors.begin(), walk.anchors.end());
+    for (const PlaceSeed& corner : walk.corners) {
+      --nodes_.at(corner.cell).num_corners;
+      eraseUnused(corner.cell);
+      touched.insert(corner.cell);
+    }
+  }
+}
+
+void PlaceLinks::releaseLink(const GridIndex& from, const GridIndex& to) {
+  auto& walked = nodes_.at(from).walked;
+  const auto link = walked.find(to);
+  if (--link->second.first == 0) walked.erase(link);
+}
+
+void PlaceLinks::eraseUnused(const GridIndex& key) {
+  const auto node = nodes_.find(key);
+  if (node != nodes_.end() && !node->second.is_place && node->second.num_corners == 0) {
+    nodes_.erase(node);
+  }
+}
+
+void PlaceLinks::replaceNodes(const PlaceCells& cells, const CoarseSet& changed, CellSet& touched) {
+  for (const GridIndex& coarse : changed) {
+    auto& keys = keys_of_coarse_[coarse];
+    const std::vector<GridIndex> old = std::move(keys);
+    keys.clear();
+    for (const GridIndex& key : old) nodes_.at(key).is_place = false;
+    for (const PlaceSeed& seed : cells.placesAt(coarse)) {
+      Node& node = nodes_[seed.cell];
+      node.seed = seed;
+      node.is_place = true;
+      keys.push_back(seed.cell);
+    }
+    touched.insert(old.begin(), old.end());
+    touched.insert(keys.begin(), keys.end());
+    for (const GridIndex& key : old) {
+      Node& node = nodes_.at(key);
+      if (node.is_place) continue;
+      node.seen.clear();
+      node.links.clear();
+      eraseUnused(key);
+    }
+    if (keys.empty()) keys_of_coarse_.erase(coarse);
+  }
+}
+
+void PlaceLinks::updateSeen(const SpaceMap& space, const PlaceCells& cells, const CellSet& keys) {
+  for (const GridIndex& key : keys) {
+    Node& node = nodes_.at(key);
+    std::vector<Link> seen;
+    cells.forEachNear(node.seed.position_m, config_.max_edge_m, [&](const PlaceSeed& other) {
+      if (other.cell == key) return;
+      const bool is_done = CellOrder{}(other.cell, key) && keys.count(other.cell) > 0;
+      if (is_done) {
+        const Link* link = nullptr;
+        if (sees(nodes_.at(other.cell).seen, key, link)) {
+          seen.push_back({other.cell, link->length_m, link->clearance_m});
+        }
+        return;
+      }
+      const FreeLine line = followBetween(space, node.seed, other);
+      if (!line.is_free || line.clearance_m < config_.min_edge_clearance_m) return;
+      const double length_m = (other.position_m - node.seed.position_m).norm();
+      seen.push_back({other.cell, length_m, line.clearance_m});
+    });
+    std::sort(seen.begin(), seen.end(),
+              [](const Link& a, const Link& b) { return CellOrder{}(a.to, b.to); });
+    node.seen = std::move(seen);
+  }
+}
+
+void PlaceLinks::updateLinks(const CellSet& keys) {
+  for (const GridIndex& key : keys) {
+    Node& node = nodes_.at(key);
+    node.links.clear();
+    for (const Link& link : node.seen) {
+      if (!hasDetour(node, link)) node.links.push_back(link);
+    }
+  }
+}
+
+bool PlaceLinks::hasDetour(const Node& a, const Link& link) const {
+  const Node& b = nodes_.at(link.to);
+  return std::any_of(a.seen.begin(), a.seen.end(), [&](const Link& first) {
+    const Link* second = nullptr;
+    if (first.length_m >= link.length_m || !sees(b.seen, first.to, second)) return false;
+    return second->length_m < link.length_m &&
+           first.length_m + second->length_m <= config_.edge_stretch * link.length_m;
+  });
+}
+
+/// The place that a cell of a trace belongs to; null if it reaches none.
+const PlaceLinks::Node* PlaceLinks::findAnchor(const SpaceMap& space, const PlaceCells& cells,
+                                               const SpaceCell& cell, const PlaceSeed& at) const {
+  std::vector<std::pair<double, const PlaceSeed*>> near;
+  cells.forEachNear(at.position_m, cells.spacing(), [&](const PlaceSeed& seed) {
+    near.emplace_back((seed.position_m - at.position_m).norm(), &seed);
+  });
+  std::sort(near.begin(), near.end(), [](const auto& a, const auto& b) {
+    return a.first == b.first ? CellOrder{}(a.second->cell, b.second->cell) : a.first < b.first;
+  });
+  for (const auto& [distance_m, seed] : near) {
+    if (cells.reaches(space, cell, at, *seed)) return &nodes_.at(seed->cell);
+  }
+  return nullptr;
+}
+
+/// Joins the places of neighbouring cells of traces, in this tile and with those beside it.
+PlaceLinks::Walk PlaceLinks::computeWalk(const SpaceMap& space, const PlaceCells& cells,
+                                         const TileIndex& index, Anchors& anchors) const {
+  Walk walk;
+  const SpaceTile* tile = space.find(index);
+  if (tile == nullptr) return walk;
+  for (const SpaceCell& cell : tile->cells) {
+    if (!isTrace(cell)) continue;
+    const Column column = computeColumn(index, cell.offset);
+    const PlaceSeed from = cells.makeSeed(space, column, cell);
+    const Node* a = anchors.find(cell, from);
+    if (a == nullptr) continue;
+    if (cell.is_axis) walk.anchors.insert(a->seed.cell);
+    forEachNext(space, column, cell, [&](const Column& beside, const SpaceCell& next) {
+      const bool is_way = cell.is_axis && next.is_axis;
+      if (!is_way && !(cell.is_voronoi && next.is_voronoi)) return;
+      const PlaceSeed to = cells.makeSeed(space, beside, next);
+      const Node* b = anchors.find(next, to);
+      if (b == nullptr || a == b) return;
+      const double length_m = (from.position_m - a->seed.position_m).norm() +
+                              (to.position_m - from.position_m).norm() +
+                              (b->seed.position_m - to.position_m).norm();
+      if (isJoined(*a, *b, length_m)) return;
+      join(space, from, to, *a, *b, is_way ? 0.0 : config_.min_edge_clearance_m, walk);
+    });
+  }
+  return walk;
+}
+
+/// True if one sees the other, or both a third that is not far off the way of `length_m` between.
+bool PlaceLinks::isJoined(const Node& a, const Node& b, double length_m) const {
+  const Link* link = nullptr;
+  if (sees(a.seen, b.seed.cell, link)) return true;
+  return std::any_of(a.seen.begin(), a.seen.end(), [&](const Link& first) {
+    return sees(b.seen, first.to, link) && first.length_m + link->length_m <= kMaxDetour * length_m;
+  });
+}
+
+/// @param from  cell of a trace that belongs to `a`
+/// @param to    a neighbouring one, of `b`
+void PlaceLinks::join(const SpaceMap& space, const PlaceSeed& from, const PlaceSeed& to,
+                      const Node& a, const Node& b, double min_clearance_m, Walk& walk) const {
+  const FreeLine line = followBetween(space, a.seed, b.seed);
+  if (line.is_free && line.clearance_m >= min_clearance_m) {
+    walk.links.push_back({a.seed.cell, b.seed.cell, line.clearance_m});
+    return;
+  }
+  const auto narrow = [&](const PlaceSeed& p, const PlaceSeed& q) {
+    const FreeLine between = followBetween(space, p, q);
+    const float ends_m = std::min(p.clearance_m, q.clearance_m);
+    return between.is_free ? between.clearance_m : static_cast<double>(ends_m);
+  };
+  for (const PlaceSeed& corner : {from, to}) walk.corners.push_back(corner);
+  const auto add = [&](const PlaceSeed& p, const PlaceSeed& q) {
+    if (p.cell != q.cell) walk.links.push_back({p.cell, q.cell, narrow(p, q)});
+  };
+  add(a.seed, from);
+  add(from, to);
+  add(to, b.seed);
+}
+
+void PlaceLinks::addWalk(const TileIndex& index, Walk walk, CellSet& touched) {
+  if (walk.anchors.empty() && walk.links.empty()) return;
+  for (const PlaceSeed& corner : walk.corners) {
+    Node& node = nodes_[corner.cell];
+    if (!node.is_place) node.seed = corner;
+    ++node.num_corners;
+    touched.insert(corner.cell);
+  }
+  for (const WalkLink& link : walk.links) {
+    for (const auto& [from, to] : {std::pair{link.a, link.b}, {link.b, link.a}}) {
+      auto& walked = nodes_.at(from).walked[to];
+      ++walked.first;
+      walked.second = link.clearance_m;
+      touched.insert(from);
+    }
+  }
+  for (const GridIndex& key : walk.anchors) {
+    ++nodes_.at(key).num_anchored;
+    touched.insert(key);
+  }
+  walks_[index] = std::move(walk);
+}
+
+template <typename Visit>
+void PlaceLinks::forEachLinked(const Node& node, Visit visit) const {
+  for (const Link& link : node.links) visit(link.to);
+  for (const auto& [key, walked] : node.walked) visit(key);
+}
+
+/// Parts are followed until they are large enough; of those that are, places that did not count
+/// before are told.
+void PlaceLinks::updateKept(const PlaceCells& cells, CellSet& touched) {
+  CellSet decided;
+  const CellSet seeds = touched;
+  for (const GridIndex& seed : seeds) {
+    if (nodes_.count(seed) == 0 || decided.count(seed) > 0) continue;
+    std::vector<GridIndex> part{seed};
+    CellSet is_seen{seed};
+    CoarseSet coarse;
+    bool is_kept = false;
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      const Node& node = nodes_.at(part[i]);
+      coarse.insert(cells.computeCoarse(node.seed.position_m));
+      is_kept = is_kept || node.num_anchored > 0 ||
+                static_cast<int>(coarse.size()) >= config_.min_component_size;
+      forEachLinked(node, [&](const GridIndex& next) {
+        const bool is_told = is_kept && nodes_.at(next).is_kept && seeds.count(next) == 0;
+        if (!is_told && is_seen.insert(next).second) part.push_back(next);
+      });
+    }
+    for (const GridIndex& key : part) {
+      Node& node = nodes_.at(key);
+      decided.insert(key);
+      if (node.is_kept == is_kept) continue;
+      node.is_kept = is_kept;
+      touched.insert(key);
+    }
+  }
+}
+
+}  // namespace tsg::places

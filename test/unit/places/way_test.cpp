@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The way of the body that carries the camera.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "box_world.h"
+#include "layers.h"
+#include "places/way_map.h"
+
+namespace tsg::places {
+namespace {
+
+using test::BoxWorld;
+using test::findParts;
+using test::kVoxel_m;
+
+constexpr double kCameraHeight_m = 1.3;
+
+/// A world seen outside of a gap, walked through.
+struct Walked {
+  explicit Walked(const BoxWorld& world, const std::vector<CameraPose>& poses,
+                  const std::function<bool(const Eigen::Vector3d&)>& is_seen = {},
+                  const PlacesConfig& config = {})
+      : extractor(config) {
+    const auto blocks =
+        test::observe(world, makeAabb({-1, -1, -0.5}, {14, 8, 4.5}), volume, is_seen);
+    for (const CameraPose& pose : poses) extractor.addPose(pose);
+    extractor.update(volume, blocks, Stamp{1});
+  }
+
+  std::size_t numParts() const { return findParts(extractor.graph()).size(); }
+
+  mapping::TsdfVolume volume{kVoxel_m};
+  PlaceExtractor extractor;
+};
+
+/// Two rooms joined by a door of 0.8 m at x = 4.
+BoxWorld makeRooms() {
+  BoxWorld world;
+  world.addRoom(0, 0, 8.2, 4);
+  return world.add({4, 0, 0}, {4.2, 1.5, 2.5}).add({4, 2.3, 0}, {4.2, 4, 2.5});
+}
+
+bool isOutsideTheGap(const Eigen::Vector3d& p) { return p.x() < 3.0 || p.x() > 5.2; }
+
+const std::vector<CameraPose> kThroughTheDoor =
+    test::walk({1.0, 1.9, kCameraHeight_m}, {7.0, 1.9, kCameraHeight_m});
+
+TEST(Way, JoinsWhatWasSeenOnBothSidesOfUnseenFloor) {
+  EXPECT_EQ(Walked(makeRooms(), {}, isOutsideTheGap).numParts(), 2U);
+  const Walked walked(makeRooms(), kThroughTheDoor, isOutsideTheGap);
+  EXPECT_EQ(walked.numParts(), 1U);
+  const PlanCell* cell = walked.extractor.plan().find({41, 19}, 0.0, 0.1);
+  ASSERT_NE(cell, nullptr);
+  EXPECT_TRUE(cell->isFree());
+}
+
+TEST(Way, IsAsWideAsTheBody) {
+  const Walked walked(makeRooms(), kThroughTheDoor, isOutsideTheGap);
+  for (int y = 0; y < 40; ++y) {
+    const PlanCell* cell = walked.extractor.plan().find({41, y}, 0.0, 0.15);
+    const double away_m = std::abs((y + 0.5) * kVoxel_m - 1.9);
+    if (std::abs(away_m - 0.25) < 0.01) continue;
+    EXPECT_EQ(cell != nullptr && cell->isFree(), away_m <= 0.25) << y;
+  }
+}
+
+TEST(Way, LeavesWhatWasSeenSolidButForItsAxis) {
+  BoxWorld world = makeRooms();
+  world.add({2.0, 0, 0}, {2.2, 4, 1.0});
+  const Walked walked(world, kThroughTheDoor);
+  EXPECT_EQ(walked.numParts(), 1U);
+  const auto isFree = [&](int y) {
+    const PlanCell* cell = walked.extractor.plan().find({21, y}, 0.0, 0.15);
+    return cell != nullptr && cell->isFree();
+  };
+  EXPECT_TRUE(isFree(19) || isFree(18));
+  EXPECT_FALSE(isFree(16));
+  EXPECT_FALSE(isFree(21));
+}
+
+TEST(Way, ThroughAGapTooNarrowForPlacesIsStillThere) {
+  BoxWorld world;
+  world.addRoom(0, 0, 8.2, 4);
+  world.add({4, 0, 0}, {4.2, 1.75, 2.5}).add({4, 2.15, 0}, {4.2, 4, 2.5});
+  EXPECT_EQ(Walked(world, {}).numParts(), 2U);
+  const Walked walked(world,
+                      test::walk({1.0, 1.95, kCameraHeight_m}, {7.0, 1.95, kCameraHeight_m}));
+  EXPECT_EQ(walked.numParts(), 1U);
+  double narrowest_m = 10.0;
+  for (const PlaceEdge& edge : walked.extractor.graph().edges) {
+    narrowest_m = std::min(narrowest_m, edge.clearance_m);
+  }
+  EXPECT_NEAR(narrowest_m, 0.2, 0.1);
+}
+
+TEST(Way, JoinsStoreysOverStairsThatNobodySaw) {
+  BoxWorld world;
+  world.addFloor(0, 0, 4, 4).addFloor(8, 0, 12, 4, 2.6);
+  auto poses = test::walk({2, 2, kCameraHeight_m}, {4, 2, kCameraHeight_m});
+  for (const auto& pose :
+       test::walk({4, 2, kCameraHeight_m}, {8, 2, kCameraHeight_m + 2.6}, 10.0)) {
+    poses.push_back(pose);
+  }
+  for (const auto& pose :
+       test::walk({8, 2, kCameraHeight_m + 2.6}, {10, 2, kCameraHeight_m + 2.6}, 20.0)) {
+    poses.push_back(pose);
+  }
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    poses[i].stamp = Stamp::fromSeconds(1.0 + 0.1 * static_cast<double>(i));
+  }
+  EXPECT_EQ(Walked(world, {}).numParts(), 2U);
+  EXPECT_EQ(Walked(world, poses).numParts(), 1U);
+}
+
+TEST(Way, NeedsPosesThatFollowOneAnother) {
+  std::vector<CameraPose> poses = kThroughTheDoor;
+  poses.erase(poses.begin() + 20, poses.begin() + 45);
+  EXPECT_EQ(Walked(makeRooms(), poses, isOutsideTheGap).numParts(), 2U);
+  poses = kThroughTheDoor;
+  for (std::size_t i = 30; i < poses.size(); ++i) poses[i].stamp.ns += 60000000000;
+  PlacesConfig config;
+  EXPECT_EQ(Walked(makeRooms(), poses, isOutsideTheGap, config).numParts(), 1U);
+  config.max_way_gap_m = 0.0;
+  EXPECT_EQ(Walked(makeRooms(), kThroughTheDoor, isOutsideTheGap, config).numParts(), 2U);
+}
+
+TEST(Way, OfOneWrongPoseLeavesNoTrace) {
+  const auto before = Walked(makeRooms(), kThroughTheDoor).extractor.graph();
+  std::vector<CameraPose> poses = kThroughTheDoor;
+  CameraPose wrong = poses[10];
+  wrong.T_world_camera.translation().x() = 5000.0;
+  poses.insert(poses.begin() + 3, wrong);
+  wrong.T_world_camera.translation().x() = std::numeric_limits<double>::quiet_NaN();
+  poses.insert(poses.begin() + 8, wrong);
+  const auto after = Walked(makeRooms(), poses).extractor.graph();
+  ASSERT_EQ(after.places.size(), before.places.size());
+  for (std::size_t i = 0; i < after.places.size(); ++i) {
+    EXPECT_EQ(after.places[i].position_m, before.places[i].position_m);
+  }
+}
+
+TEST(Way, HeightOfTheCameraIsThatAboveTheFloorAround) {
+  BoxWorld world = makeRooms();
+  world.add({0, 0, 0}, {1.5, 4, 0.8});  // what the camera stands before is not the floor
+  mapping::TsdfVolume volume(kVoxel_m);
+  VoxelMap voxels;
+  const auto blocks = test::observe(world, makeAabb({-1, -1, -0.5}, {9, 5, 2.4}), volume);
+  const auto changed = voxels.copyBlocks(volume, blocks);
+  PlaceLayers layers{PlacesConfig{}};
+  EXPECT_FALSE(layers.way().cameraHeight());
+  for (const CameraPose& pose : kThroughTheDoor) layers.addPose(pose);
+  layers.update(voxels, {changed.begin(), changed.end()});
+  ASSERT_TRUE(layers.way().cameraHeight());
+  EXPECT_NEAR(*layers.way().cameraHeight(), kCameraHeight_m, 0.05);
+  PlacesConfig config;
+  config.camera_height_m = 0.7;
+  EXPECT_EQ(PlaceLayers(config).way().cameraHeight(), 0.7);
+}
+
+}  // namespace
+}  // namespace tsg::places
