@@ -109,3 +109,12 @@ foreach(source ${TSG_FUZZED})
     COMMAND "$<TARGET_FILE:${name}> --findings ${CATKIN_TEST_RESULTS_DIR}/${PROJECT_NAME} --result ${result}"
     DEPENDENCIES ${name} WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR})
 endforeach()
+
+# Programs that score the package's results against a truth: test/evaluation/<name>.cpp.
+file(GLOB TSG_EVALUATIONS CONFIGURE_DEPENDS test/evaluation/*.cpp)
+foreach(source ${TSG_EVALUATIONS})
+  get_filename_component(name ${source} NAME_WE)
+  add_executable(${name} EXCLUDE_FROM_ALL ${source})
+  target_link_libraries(${name} PRIVATE tsg_test_support Boost::program_options tsg_warnings)
+  add_dependencies(tests ${name})
+endforeach()

@@ -45,6 +45,9 @@ void copyTunables(const From& from, To& to) {
   to.place_alpha = from.place_alpha;
   to.place_delta = from.place_delta;
   to.place_top_k = from.place_top_k;
+  to.place_delta_bits = from.place_delta_bits;
+  to.place_smoothing_per_m = from.place_smoothing_per_m;
+  to.min_region_places = from.min_region_places;
   to.prune_null = from.prune_null;
   to.min_object_score = from.min_object_score;
 }

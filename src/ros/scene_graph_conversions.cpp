@@ -66,6 +66,16 @@ msg::Region toRegionMessage(const scene_graph::Region& region, bool with_embeddi
   message.position = toPoint(region.position_m);
   message.places = toValues(region.places);
   if (with_embeddings) message.embedding = toFloats(region.embedding);
+  message.area = static_cast<float>(region.area_m2);
+  for (const Eigen::Vector2d& corner_m : region.footprint_m) {
+    geometry_msgs::Point32 point;
+    point.x = static_cast<float>(corner_m.x());
+    point.y = static_cast<float>(corner_m.y());
+    point.z = static_cast<float>(region.position_m.z());
+    message.footprint.push_back(point);
+  }
+  message.doors = toValues(region.doors);
+  message.objects = toValues(region.objects);
   return message;
 }
 
@@ -78,7 +88,21 @@ scene_graph::Region toRegion(const msg::Region& message) {
   region.position_m = toVector(message.position);
   region.places = toIds<PlaceId>(message.places);
   region.embedding = toEmbedding(message.embedding);
+  region.area_m2 = message.area;
+  for (const auto& point : message.footprint) region.footprint_m.emplace_back(point.x, point.y);
+  region.doors = toIds<PlaceId>(message.doors);
+  region.objects = toIds<ObjectId>(message.objects);
   return region;
+}
+
+msg::RegionEdge toRegionEdgeMessage(const scene_graph::RegionEdge& edge) {
+  msg::RegionEdge message;
+  message.a = edge.a.value;
+  message.b = edge.b.value;
+  message.passage = static_cast<float>(edge.passage_m);
+  message.merge_loss = static_cast<float>(edge.merge_loss);
+  message.merge_threshold = static_cast<float>(edge.merge_threshold);
+  return message;
 }
 
 void addPlaces(const PlaceGraph& graph, bool with_embeddings, msg::SceneGraph& message) {
@@ -106,10 +130,7 @@ msg::SceneGraphPtr toMessage(const scene_graph::SceneGraph& graph, const std::st
     message->regions.push_back(toRegionMessage(region, with_embeddings));
   }
   for (const auto& edge : graph.region_edges) {
-    msg::IdPair pair;
-    pair.a = edge.a.value;
-    pair.b = edge.b.value;
-    message->region_edges.push_back(pair);
+    message->region_edges.push_back(toRegionEdgeMessage(edge));
   }
   return message;
 }
@@ -127,7 +148,10 @@ scene_graph::SceneGraph fromMessage(const msg::SceneGraph& message) {
   places.edges = message.place_edges;
   graph.places = fromMessage(places);
   for (const auto& region : message.regions) graph.regions.push_back(toRegion(region));
-  for (const auto& edge : message.region_edges) graph.region_edges.push_back({{edge.a}, {edge.b}});
+  for (const auto& edge : message.region_edges) {
+    graph.region_edges.push_back(
+        {{edge.a}, {edge.b}, edge.passage, edge.merge_loss, edge.merge_threshold});
+  }
   return graph;
 }
 

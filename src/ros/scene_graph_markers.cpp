@@ -13,6 +13,46 @@ namespace {
 
 using visualization_msgs::Marker;
 
+/// A rectangle of a polygon's inside.
+struct Strip {
+  double x0_m = 0.0;
+  double x1_m = 0.0;
+  double y0_m = 0.0;
+  double y1_m = 0.0;
+};
+
+constexpr double kStrip_m = 0.1;
+
+/// x where a horizontal line crosses the polygon, ascending.
+std::vector<double> findCrossings(const std::vector<Eigen::Vector2d>& polygon_m, double y_m) {
+  std::vector<double> crossings_m;
+  for (std::size_t i = 0; i < polygon_m.size(); ++i) {
+    const Eigen::Vector2d& a = polygon_m[i];
+    const Eigen::Vector2d& b = polygon_m[(i + 1) % polygon_m.size()];
+    if ((a.y() <= y_m) == (b.y() <= y_m)) continue;
+    crossings_m.push_back(a.x() + (b.x() - a.x()) * (y_m - a.y()) / (b.y() - a.y()));
+  }
+  std::sort(crossings_m.begin(), crossings_m.end());
+  return crossings_m;
+}
+
+/// The inside of a polygon as rectangles of one height.
+std::vector<Strip> cutIntoStrips(const std::vector<Eigen::Vector2d>& polygon_m) {
+  if (polygon_m.size() < 3) return {};
+  const auto isLower = [](const auto& a, const auto& b) { return a.y() < b.y(); };
+  const auto [low, high] = std::minmax_element(polygon_m.begin(), polygon_m.end(), isLower);
+  std::vector<Strip> strips;
+  const int count = static_cast<int>(std::ceil((high->y() - low->y()) / kStrip_m));
+  for (int i = 0; i < count; ++i) {
+    const double y_m = low->y() + kStrip_m * i;
+    const auto crossings_m = findCrossings(polygon_m, y_m + 0.5 * kStrip_m);
+    for (std::size_t k = 0; k + 1 < crossings_m.size(); k += 2) {
+      strips.push_back({crossings_m[k], crossings_m[k + 1], y_m, y_m + kStrip_m});
+    }
+  }
+  return strips;
+}
+
 /// Draws one graph into one array.
 class Painter {
  public:
@@ -146,6 +186,7 @@ class Painter {
 
   void paintRegion(const scene_graph::Region& region) {
     const Eigen::Vector3d node = liftRegion(region);
+    paintFootprint(region);
     add("regions", region.id.value, Marker::CUBE, 0.35, computeColor(colorOf(region), 1.0F))
         .pose.position = toPoint(node);
     addText("region_labels", region.id.value, node + Eigen::Vector3d(0.0, 0.0, 0.45),
@@ -159,6 +200,33 @@ class Painter {
     dropIfEmpty();
   }
 
+  /// Its floor, filled, with its outline, at the height of its places.
+  void paintFootprint(const scene_graph::Region& region) {
+    const double z_m = region.position_m.z();
+    Marker& floor = add("region_floors", region.id.value, Marker::TRIANGLE_LIST, 1.0,
+                        computeColor(colorOf(region), 0.35F));
+    for (const Strip& strip : cutIntoStrips(region.footprint_m)) addStrip(floor, strip, z_m);
+    Marker& outline = add("region_outlines", region.id.value, Marker::LINE_LIST, 0.05,
+                          computeColor(colorOf(region), 1.0F));
+    const auto& corners = region.footprint_m;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      const Eigen::Vector2d& next = corners[(i + 1) % corners.size()];
+      addLine(outline, {corners[i].x(), corners[i].y(), z_m}, {next.x(), next.y(), z_m});
+    }
+    dropIfEmpty();
+  }
+
+  static void addStrip(Marker& floor, const Strip& strip, double z_m) {
+    const auto addCorner = [&](double x, double y) {
+      floor.points.push_back(toPoint(Eigen::Vector3d(x, y, z_m)));
+    };
+    for (const bool is_upper : {false, true}) {
+      addCorner(strip.x0_m, is_upper ? strip.y1_m : strip.y0_m);
+      addCorner(strip.x1_m, is_upper ? strip.y1_m : strip.y0_m);
+      addCorner(is_upper ? strip.x0_m : strip.x1_m, is_upper ? strip.y0_m : strip.y1_m);
+    }
+  }
+
   void paintRegionEdges() {
     Marker& lines = add("region_edges", 0, Marker::LINE_LIST, 0.05, computeColor(-1, 1.0F));
     for (const auto& edge : graph_.region_edges) {
@@ -170,7 +238,8 @@ class Painter {
   /// rviz warns of lists without points.
   void dropIfEmpty() {
     const auto is_empty = [](const Marker& marker) {
-      return (marker.type == Marker::LINE_LIST || marker.type == Marker::SPHERE_LIST) &&
+      return (marker.type == Marker::LINE_LIST || marker.type == Marker::SPHERE_LIST ||
+              marker.type == Marker::TRIANGLE_LIST) &&
              marker.points.empty();
     };
     auto& markers = array_.markers;

@@ -87,9 +87,10 @@ SceneGraphPtr SceneGraphBuilder::snapshot() {
   graph->objects = objects_->computeObjects();
   graph->places = regions_->places();
   graph->regions = regions_->computeRegions();
-  graph->region_edges = computeRegionEdges(*graph);
   graph->stamp = std::max(objects_->newest(), graph->places->stamp);
   setNearestPlaces(*graph->places, graph->objects);
+  connectRegions(*graph);
+  regions_->setMergeLosses(regions_->computeClusters(), graph->region_edges);
   snapshot_ = graph;
   return snapshot_;
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "footprint.h"
 #include "task_scene_graph/core/point_index.h"
 #include "task_scene_graph/scene_graph/primitive_union.h"
 #include "task_scene_graph/scene_graph/scoring.h"
@@ -71,12 +72,18 @@ Region describeRegion(const std::vector<const Place*>& members,
                       double place_alpha) {
   Region region;
   EmbeddingMean embedding;
+  Eigen::Index size = scorer.dimension();
   for (const Place* place : members) {
     region.places.push_back(place->id);
-    embedding.add(place->embedding);
+    if (!hasDirection(place->embedding)) continue;
+    if (size == 0) size = place->embedding.size();
+    if (place->embedding.size() == size) embedding.add(place->embedding);
   }
   region.position_m = findNearestToMean(members).position_m;
   region.embedding = embedding.mean();
+  Footprint footprint = computeFootprint(members);
+  region.area_m2 = footprint.area_m2;
+  region.footprint_m = std::move(footprint.outline_m);
   const TaskScore best = findBestTask(region.embedding, scorer);
   region.score = best.cosine;
   if (best.task_index < 0 || best.cosine < place_alpha) return region;

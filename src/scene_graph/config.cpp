@@ -23,6 +23,8 @@ bottleneck::ClusteringConfig SceneGraphConfig::placeClustering() const {
   clustering.top_k = place_top_k;
   clustering.prune_null = prune_null;
   clustering.prior = prior;
+  clustering.normaliser = place_normaliser;
+  clustering.delta_bits = place_delta_bits;
   clustering.num_threads = num_threads;
   return clustering;
 }

@@ -71,6 +71,12 @@ class ConfigJson {
       if (option == value) map[name] = text;
     }
   }
+  template <typename Config>
+  void group(const char* name, const Config& config) {
+    ConfigJson inner;
+    Config::visit(config, inner);
+    map[name] = std::move(inner.map);
+  }
 };
 
 }  // namespace tsg::scene_graph

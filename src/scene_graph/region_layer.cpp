@@ -3,13 +3,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
+#include <iterator>
+#include <map>
 #include <stdexcept>
 
+#include "place_features.h"
+#include "place_index.h"
+#include "region_groups.h"
 #include "task_scene_graph/bottleneck/clustering.h"
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/scene_graph/clusters.h"
 #include "task_scene_graph/scene_graph/explanations.h"
+#include "task_scene_graph/scene_graph/geometric_rooms.h"
 #include "task_scene_graph/scene_graph/scoring.h"
 
 namespace tsg::scene_graph {
@@ -19,20 +24,33 @@ using bottleneck::IncrementalClustering;
 
 const ClusterWords kWords{"place", "region"};
 
-bool isBefore(const Place* a, const Place* b) { return a->id < b->id; }
+using PlaceKeys = std::pair<std::uint64_t, std::uint64_t>;
 
-bool hasPlace(const std::vector<Place>& places, PlaceId id) {
-  const auto found = std::lower_bound(places.begin(), places.end(), id,
-                                      [](const Place& place, PlaceId x) { return place.id < x; });
-  return found != places.end() && found->id == id;
+/// The entry of a key in members sorted by key; null if it is not there.
+template <typename Member>
+const Member* findMember(const std::vector<Member>& members, std::uint64_t key) {
+  const auto found =
+      std::lower_bound(members.begin(), members.end(), key,
+                       [](const Member& member, std::uint64_t x) { return member.key < x; });
+  return found != members.end() && found->key == key ? &*found : nullptr;
 }
 
-/// Looks up an id in places sorted by id; null if it is not there.
-const Place* findPlace(const std::vector<const Place*>& places, std::uint64_t id) {
-  const auto found =
-      std::lower_bound(places.begin(), places.end(), id,
-                       [](const Place* place, std::uint64_t x) { return place->id.value < x; });
-  return found != places.end() && (*found)->id.value == id ? *found : nullptr;
+/// Whether clusters that share no task are never merged: with one task for each place and a
+/// threshold of at most a bit, for D / 2 of two such clusters is at least one.
+bool keepsTasksApart(const bottleneck::ClusteringConfig& config) {
+  return config.top_k == 1 && config.normaliser == bottleneck::Normaliser::kSizeInvariant &&
+         config.delta_bits < 1.0;
+}
+
+std::uint32_t findTask(const bottleneck::SparseMasses& relevance) {
+  const auto isLess = [](const bottleneck::TaskMass& a, const bottleneck::TaskMass& b) {
+    return a.mass < b.mass;
+  };
+  return std::max_element(relevance.begin(), relevance.end(), isLess)->task;
+}
+
+std::string quoteTask(std::uint32_t task, const std::vector<std::string>& names) {
+  return task == 0 ? "no task" : "'" + names[task - 1] + "'";
 }
 
 void checkPlaces(const PlaceGraph& graph) {
@@ -50,14 +68,29 @@ void checkPlaces(const PlaceGraph& graph) {
 }
 
 void checkEdges(const PlaceGraph& graph) {
-  std::set<std::pair<PlaceId, PlaceId>> seen;
-  for (const auto& edge : graph.edges) {
-    const bool known = hasPlace(graph.places, edge.a) && hasPlace(graph.places, edge.b);
-    if (known && edge.a < edge.b && seen.emplace(edge.a, edge.b).second) continue;
+  const PlaceIndex index(graph);
+  std::vector<PlaceKeys> keys;
+  keys.reserve(graph.edges.size());
+  for (const auto& edge : graph.edges) keys.emplace_back(edge.a.value, edge.b.value);
+  if (!std::is_sorted(keys.begin(), keys.end())) std::sort(keys.begin(), keys.end());
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const auto [a, b] = keys[i];
+    const bool is_known =
+        index.find({a}) != PlaceIndex::kNone && index.find({b}) != PlaceIndex::kNone;
+    const bool is_new = i == 0 || keys[i - 1] != keys[i];
+    if (is_known && a < b && is_new) continue;
     throw std::invalid_argument(
-        "place graph: edge " + std::to_string(edge.a.value) + " - " + std::to_string(edge.b.value) +
+        "place graph: edge " + std::to_string(a) + " - " + std::to_string(b) +
         ", expected two of its places, the smaller id first, each pair once");
   }
+}
+
+/// What is in `a` and not in `b`; both in order.
+std::vector<PlaceKeys> findMissing(const std::vector<PlaceKeys>& a,
+                                   const std::vector<PlaceKeys>& b) {
+  std::vector<PlaceKeys> missing;
+  std::set_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(missing));
+  return missing;
 }
 
 }  // namespace
@@ -66,22 +99,29 @@ RegionLayer::RegionLayer(const SceneGraphConfig& config)
     : config_(config),
       clustering_(std::make_unique<IncrementalClustering>(
           config.placeClustering(), IncrementalClustering::Adjacency::kGiven)),
-      places_(std::make_shared<PlaceGraph>()) {}
+      places_(std::make_shared<PlaceGraph>()),
+      features_(std::make_unique<PlaceFeatures>()),
+      ids_(std::make_unique<RegionIds>()) {}
 
 RegionLayer::~RegionLayer() = default;
 
 void RegionLayer::setTasks(const TaskList& tasks) {
-  checkClusterable(tasks, "place tasks",
-                   clustered_.empty() ? 0 : clustered_.front()->embedding.size());
+  const auto& features = features_->features();
+  checkClusterable(tasks, "place tasks", features.empty() ? 0 : features.front().feature.size());
   clustering_->setTasks(tasks.embeddings);
   scorer_ = bottleneck::TaskScorer(tasks.embeddings);
   tasks_ = tasks;
+  are_tasks_new_ = true;
+  regions_.clear();
   apply(places_);  // embeddings that were of a wrong size may be of the right one now
 }
 
 void RegionLayer::setConfig(const SceneGraphConfig& config) {
   clustering_->setConfig(config.placeClustering());
   config_ = config;
+  are_tasks_new_ = true;
+  regions_.clear();
+  apply(places_);
 }
 
 PlaceUpdate RegionLayer::setPlaces(const PlaceGraphPtr& places) {
@@ -94,121 +134,244 @@ PlaceUpdate RegionLayer::setPlaces(const PlaceGraphPtr& places) {
 /// Edges go first and come last, so that the clustering never sees one without its two places.
 PlaceUpdate RegionLayer::apply(const PlaceGraphPtr& places) {
   PlaceUpdate update;
-  const std::vector<const Place*> usable = findUsable(*places, update);
-  std::vector<PlaceKeys> edges;
-  for (const auto& edge : places->edges) {
-    if (!findPlace(usable, edge.a.value) || !findPlace(usable, edge.b.value)) continue;
-    edges.emplace_back(edge.a.value, edge.b.value);
-  }
-  std::sort(edges.begin(), edges.end());
-  eraseEdges(edges, update);
-  replacePlaces(usable, update);
-  insertEdges(edges, update);
-  clustered_ = usable;
-  edges_ = edges;
+  Eigen::Index size = tasks_.embeddings.cols();
+  if (size == 0 && !members_.empty()) size = features_->features().front().feature.size();
+  const UnusablePlaces unusable = features_->update(places, size, config_.place_smoothing_per_m);
+  changed_places_.insert(features_->changed().begin(), features_->changed().end());
+  update.rejected = unusable.rejected;
+  update.error = unusable.error;
+  update.without_embedding =
+      places->places.size() - features_->features().size() - unusable.rejected;
   places_ = places;
+  const std::vector<Member> members = makeMembers(are_tasks_new_);
+  const std::vector<PlaceKeys> edges = listEdges(members);
+  eraseEdges(edges, update);
+  replaceMembers(members, update);
+  insertEdges(edges, update);
+  members_ = members;
+  edges_ = edges;
+  are_tasks_new_ = false;
+  are_clusters_stale_ = true;
   return update;
 }
 
-/// The places that can be clustered; the others are counted.
-std::vector<const Place*> RegionLayer::findUsable(const PlaceGraph& graph,
-                                                  PlaceUpdate& update) const {
-  std::vector<const Place*> usable;
-  Eigen::Index expected = tasks_.embeddings.cols();
-  if (expected == 0 && !clustered_.empty()) expected = clustered_.front()->embedding.size();
-  for (const auto& place : graph.places) {
-    const Eigen::Index size = place.embedding.size();
-    if (size > 0 && expected == 0) expected = size;
-    if ((size > 0 && size != expected) || !place.embedding.allFinite()) {
-      ++update.rejected;
-      if (!update.error.empty()) continue;
-      update.error = "place " + std::to_string(place.id.value) + " has an embedding of " +
-                     std::to_string(size) + " values, expected " + std::to_string(expected) +
-                     " finite ones";
-    } else if (!hasDirection(place.embedding)) {
-      ++update.without_embedding;
-    } else {
-      usable.push_back(&place);
+std::vector<RegionLayer::Member> RegionLayer::makeMembers(bool are_tasks_new) const {
+  const auto config = config_.placeClustering();
+  std::vector<Member> members;
+  members.reserve(features_->features().size());
+  for (const PlaceFeature& found : features_->features()) {
+    Member member{found.place->id.value, found.version, 0};
+    const Member* old = findMember(members_, member.key);
+    if (old != nullptr && old->feature_version == found.version && !are_tasks_new) {
+      member.task = old->task;
+    } else if (keepsTasksApart(config)) {
+      const auto scores = scorer_.computeScores(found.feature);
+      member.task = findTask(bottleneck::computeRelevance(scores, config));
     }
+    members.push_back(member);
   }
-  return usable;
+  return members;
 }
 
-void RegionLayer::replacePlaces(const std::vector<const Place*>& usable, PlaceUpdate& update) {
-  for (const Place* place : clustered_) {
-    if (std::binary_search(usable.begin(), usable.end(), place, isBefore)) continue;
-    clustering_->erase(place->id.value);
+/// Those that merges may follow, ascending. Edges between places of different tasks are left out
+/// where such merges are never accepted: the components that a change touches are rooms then.
+std::vector<RegionLayer::PlaceKeys> RegionLayer::listEdges(
+    const std::vector<Member>& members) const {
+  const PlaceIndex& index = features_->index();
+  std::vector<const Member*> member_of(places_->places.size(), nullptr);
+  for (const Member& member : members) member_of[index.find({member.key})] = &member;
+  std::vector<PlaceKeys> edges;
+  edges.reserve(places_->edges.size());
+  for (const PlaceEdge& edge : places_->edges) {
+    const Member* a = member_of[index.find(edge.a)];
+    const Member* b = member_of[index.find(edge.b)];
+    if (a == nullptr || b == nullptr || a->task != b->task) continue;
+    edges.emplace_back(edge.a.value, edge.b.value);
+  }
+  if (!std::is_sorted(edges.begin(), edges.end())) std::sort(edges.begin(), edges.end());
+  return edges;
+}
+
+void RegionLayer::replaceMembers(const std::vector<Member>& members, PlaceUpdate& update) {
+  for (const Member& member : members_) {
+    if (findMember(members, member.key) != nullptr) continue;
+    clustering_->erase(member.key);
     ++update.erased;
   }
-  for (const Place* place : usable) {
-    const Place* old = findPlace(clustered_, place->id.value);
+  auto feature = features_->features().begin();
+  for (const Member& member : members) {
+    const Member* old = findMember(members_, member.key);
     if (old == nullptr) {
-      clustering_->insert(place->id.value, place->embedding);
+      clustering_->insert(member.key, feature->feature);
       ++update.inserted;
-    } else if (old->embedding != place->embedding) {
-      clustering_->update(place->id.value, place->embedding);
+    } else if (old->feature_version != member.feature_version) {
+      clustering_->update(member.key, feature->feature);
       ++update.updated;
     }
+    ++feature;
   }
 }
 
 void RegionLayer::eraseEdges(const std::vector<PlaceKeys>& edges, PlaceUpdate& update) {
-  for (const auto& edge : edges_) {
-    if (std::binary_search(edges.begin(), edges.end(), edge)) continue;
+  for (const auto& edge : findMissing(edges_, edges)) {
     clustering_->eraseEdge(edge.first, edge.second);
     ++update.edges_erased;
   }
 }
 
 void RegionLayer::insertEdges(const std::vector<PlaceKeys>& edges, PlaceUpdate& update) {
-  for (const auto& edge : edges) {
-    if (std::binary_search(edges_.begin(), edges_.end(), edge)) continue;
+  for (const auto& edge : findMissing(edges, edges_)) {
     clustering_->insertEdge(edge.first, edge.second);
     ++update.edges_inserted;
   }
 }
 
-std::vector<Region> RegionLayer::computeRegions() {
-  std::vector<Region> regions;
-  for (const auto& cluster : clustering_->clusters()) {
-    std::vector<const Place*> members;
-    for (const std::uint64_t key : cluster.members) members.push_back(findPlace(clustered_, key));
-    regions.push_back(describeRegion(members, scorer_, tasks_.names, config_.place_alpha));
-    regions.back().id = RegionId{cluster.id};
+void RegionLayer::updateClusters() {
+  if (!are_clusters_stale_) return;
+  PlaceGroups groups;
+  if (config_.region_method == RegionMethod::kGeometric) {
+    groups = computeGeometricRooms(*places_, config_.rooms);
+  } else {
+    for (const auto& cluster : clustering_->clusters()) {
+      groups.emplace_back();
+      for (const std::uint64_t key : cluster.members) groups.back().push_back(PlaceId{key});
+    }
+    groups = absorbSmallGroups(std::move(groups), places_->edges,
+                               static_cast<std::size_t>(config_.min_region_places));
   }
-  return regions;
+  const std::vector<RegionId> ids = ids_->match(groups);
+  clusters_.clear();
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    clusters_.push_back({ids[i], std::move(groups[i])});
+  }
+  std::sort(clusters_.begin(), clusters_.end(),
+            [](const RegionCluster& a, const RegionCluster& b) { return a.id < b.id; });
+  are_clusters_stale_ = false;
+}
+
+std::vector<Region> RegionLayer::computeRegions() {
+  updateClusters();
+  const auto isChanged = [&](PlaceId id) { return changed_places_.count(id) > 0; };
+  std::map<RegionId, Region> regions;
+  std::vector<Region> result;
+  for (const auto& cluster : clusters_) {
+    const auto old = regions_.find(cluster.id);
+    const bool is_same = old != regions_.end() && old->second.places == cluster.places &&
+                         std::none_of(cluster.places.begin(), cluster.places.end(), isChanged);
+    result.push_back(is_same ? std::move(old->second) : describe(cluster));
+    regions[cluster.id] = result.back();
+  }
+  regions_ = std::move(regions);
+  changed_places_.clear();
+  return result;
+}
+
+Region RegionLayer::describe(const RegionCluster& cluster) const {
+  std::vector<const Place*> places;
+  for (const PlaceId id : cluster.places) {
+    places.push_back(&places_->places[features_->index().find(id)]);
+  }
+  Region region = describeRegion(places, scorer_, tasks_.names, config_.place_alpha);
+  region.id = cluster.id;
+  return region;
 }
 
 std::vector<RegionCluster> RegionLayer::computeClusters() {
-  std::vector<RegionCluster> clusters;
-  for (const auto& found : clustering_->clusters()) {
-    clusters.push_back({{found.id}, {}});
-    for (const std::uint64_t key : found.members) clusters.back().places.push_back({key});
+  updateClusters();
+  return clusters_;
+}
+
+void RegionLayer::setMergeLosses(const std::vector<RegionCluster>& regions,
+                                 std::vector<RegionEdge>& edges) {
+  if (config_.region_method == RegionMethod::kGeometric) return;
+  struct Mass {
+    bottleneck::SparseMasses tasks;
+    double count = 0.0;
+  };
+  std::map<RegionId, Mass> masses;
+  for (const RegionCluster& region : regions) {
+    Mass& mass = masses[region.id];
+    for (const PlaceId place : region.places) {
+      if (!clustering_->contains(place.value)) continue;
+      mass.tasks = bottleneck::addMasses(mass.tasks, clustering_->relevance(place.value));
+      mass.count += 1.0;
+    }
   }
-  return clusters;
+  const auto clustering = config_.placeClustering();
+  const bool is_share = clustering.normaliser == bottleneck::Normaliser::kPaper;
+  const double unit_bits =
+      is_share ? static_cast<double>(clustering_->size()) * clustering_->information() : 2.0;
+  for (RegionEdge& edge : edges) {
+    const Mass& a = masses[edge.a];
+    const Mass& b = masses[edge.b];
+    const double cost_bits = bottleneck::computeMergeCost(a.tasks, a.count, b.tasks, b.count);
+    edge.merge_loss = unit_bits > 0.0 ? cost_bits / unit_bits : 0.0;
+    edge.merge_threshold = clustering.threshold();
+  }
 }
 
 std::string RegionLayer::explainRegion(RegionId id) {
-  try {
-    return describeExplanation(clustering_->explainCluster(id.value), tasks_.names, kWords);
-  } catch (const std::out_of_range&) {
-    throw std::invalid_argument("no region " + std::to_string(id.value) + " is in the map");
+  updateClusters();
+  const auto region = std::find_if(clusters_.begin(), clusters_.end(),
+                                   [&](const RegionCluster& cluster) { return cluster.id == id; });
+  const std::string name = "region " + std::to_string(id.value);
+  if (region == clusters_.end()) throw std::invalid_argument("no " + name + " is in the map");
+  const std::string size = std::to_string(region->places.size());
+  if (config_.region_method == RegionMethod::kGeometric) {
+    return name + ": " + size + " places in one room by the shape of free space (region_method)";
   }
+  std::map<std::uint64_t, std::size_t> parts;  // clusters and their sizes
+  for (const PlaceId place : region->places) ++parts[clustering_->clusterOf(place.value)];
+  const auto largest = std::max_element(
+      parts.begin(), parts.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  auto explanation = clustering_->explainCluster(largest->first);
+  explanation.id = id.value;
+  std::string text = describeExplanation(explanation, tasks_.names, kWords);
+  if (parts.size() == 1) return text;
+  return text + "\nsmall parts beside it joined it (min_region_places): " +
+         std::to_string(region->places.size() - largest->second) + " of " + size + " places";
 }
 
 std::string RegionLayer::explainPair(PlaceId a, PlaceId b) {
   requireClustered(a);
   requireClustered(b);
+  updateClusters();
+  const RegionId region = findRegion(a);
+  const bool is_one = region.isValid() && region == findRegion(b);
+  const std::string are = "places " + std::to_string(a.value) + " and " + std::to_string(b.value) +
+                          " are " + (is_one ? "in one region" : "apart");
+  if (config_.region_method == RegionMethod::kGeometric) {
+    return are + " by the shape of free space (region_method)";
+  }
+  if (is_one && clustering_->clusterOf(a.value) != clustering_->clusterOf(b.value)) {
+    return are + ": a part of fewer than " + std::to_string(config_.min_region_places) +
+           " places joined its neighbour (min_region_places)";
+  }
+  const std::uint32_t task_a = findMember(members_, a.value)->task;
+  const std::uint32_t task_b = findMember(members_, b.value)->task;
+  if (task_a != task_b) {
+    return are + ": one serves " + quoteTask(task_a, tasks_.names) + ", the other " +
+           quoteTask(task_b, tasks_.names) +
+           "; to merge places that share no task loses at least 1 bit (place_delta_bits)";
+  }
   return describeExplanation(clustering_->explainPair(a.value, b.value), a.value, b.value,
                              tasks_.names, kWords);
 }
 
+RegionId RegionLayer::findRegion(PlaceId place) const {
+  for (const RegionCluster& cluster : clusters_) {
+    if (std::binary_search(cluster.places.begin(), cluster.places.end(), place)) return cluster.id;
+  }
+  return {};
+}
+
 void RegionLayer::requireClustered(PlaceId id) const {
-  if (clustering_->contains(id.value)) return;
-  throw std::invalid_argument("place " + std::to_string(id.value) +
-                              (hasPlace(places_->places, id)
-                                   ? " has no embedding, so it is in no region"
-                                   : " is not in the map"));
+  const bool is_there = features_->index().find(id) != PlaceIndex::kNone;
+  const bool is_by_shape = config_.region_method == RegionMethod::kGeometric;
+  if (clustering_->contains(id.value) || (is_there && is_by_shape)) return;
+  throw std::invalid_argument(
+      "place " + std::to_string(id.value) +
+      (is_there ? " has no embedding, so it is in no region" : " is not in the map"));
 }
 
 CosineSummary RegionLayer::summarizeCosines() const {

@@ -48,18 +48,31 @@ std::map<PrimitiveId, std::int32_t> computeObjectOfPrimitives(const SceneGraph& 
   return object_of;
 }
 
-std::vector<RegionEdge> computeRegionEdges(const SceneGraph& graph) {
+void connectRegions(SceneGraph& graph) {
   const auto region_of = mapPlacesToRegions(graph);
-  std::set<std::pair<RegionId, RegionId>> joined;
+  std::map<std::pair<RegionId, RegionId>, double> passages_m;
+  std::map<RegionId, std::set<PlaceId>> doors;
   for (const auto& edge : graph.places->edges) {
     const RegionId a = findRegion(region_of, edge.a);
     const RegionId b = findRegion(region_of, edge.b);
     if (!a.isValid() || !b.isValid() || a == b) continue;
-    joined.insert(std::minmax(a, b));
+    doors[a].insert(edge.a);
+    doors[b].insert(edge.b);
+    double& passage_m = passages_m[std::minmax(a, b)];
+    passage_m = std::max(passage_m, edge.clearance_m);
   }
-  std::vector<RegionEdge> edges;
-  for (const auto& [a, b] : joined) edges.push_back({a, b});
-  return edges;
+  graph.region_edges.clear();
+  for (const auto& [pair, passage_m] : passages_m) {
+    graph.region_edges.push_back({pair.first, pair.second, passage_m, 0.0, 0.0});
+  }
+  std::map<RegionId, std::vector<ObjectId>> objects;
+  for (const auto& object : graph.objects) {
+    objects[findRegion(region_of, object.place)].push_back(object.id);
+  }
+  for (Region& region : graph.regions) {
+    region.doors.assign(doors[region.id].begin(), doors[region.id].end());
+    region.objects = objects[region.id];
+  }
 }
 
 }  // namespace tsg::scene_graph

@@ -193,7 +193,12 @@ class Writer {
     attributes["name"] = region.task;
     if (region.task_index >= 0) attributes["semantic_label"] = region.task_index;
     attributes["last_update_time_ns"] = toJson(graph_.places->stamp);
-    attributes["metadata"] = {{"score", region.score}};
+    Json footprint = Json::array();
+    for (const Eigen::Vector2d& corner_m : region.footprint_m) {
+      footprint.push_back({corner_m.x(), corner_m.y()});
+    }
+    attributes["metadata"] = {
+        {"score", region.score}, {"area_m2", region.area_m2}, {"footprint_m", footprint}};
     return attributes;
   }
 

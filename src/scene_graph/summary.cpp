@@ -38,6 +38,20 @@ Json toJson(const SceneObject& object) {
           {"last_seen_s", object.last_seen.seconds()}};
 }
 
+Json toJson(const std::vector<Eigen::Vector2d>& outline_m) {
+  Json corners = Json::array();
+  for (const Eigen::Vector2d& corner_m : outline_m) {
+    corners.push_back({round4(corner_m.x()), round4(corner_m.y())});
+  }
+  return corners;
+}
+
+Json toIdsJson(const std::vector<PlaceId>& places) {
+  Json ids = Json::array();
+  for (const PlaceId place : places) ids.push_back(place.value);
+  return ids;
+}
+
 Json findNeighbours(const SceneGraph& graph, RegionId id) {
   Json neighbours = Json::array();
   for (const auto& edge : graph.region_edges) {
@@ -53,6 +67,9 @@ Json toJson(const SceneGraph& graph, const Region& region) {
           {"score", round4(region.score)},
           {"position_m", toJson(region.position_m)},
           {"num_places", region.places.size()},
+          {"area_m2", round4(region.area_m2)},
+          {"footprint_m", toJson(region.footprint_m)},
+          {"doors", toIdsJson(region.doors)},
           {"neighbours", findNeighbours(graph, region.id)}};
 }
 

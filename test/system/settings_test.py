@@ -201,9 +201,9 @@ class NothingOutlastsARun(LiveTest):
         self.assertEqual(self.settings()["scene_graph/place_alpha"], (0.21, "packaged default"))
         first.kill()
         self.launch()
-        self.assertEqual(self.settings()["scene_graph/place_top_k"], (2, "default"))
+        self.assertEqual(self.settings()["scene_graph/place_top_k"], (1, "default"))
         again = yaml.safe_load(self.dynparam("get", NODE + "/scene_graph"))
-        self.assertEqual((again["place_top_k"], float(again["object_delta"])), (2, 1e-5))
+        self.assertEqual((again["place_top_k"], float(again["object_delta"])), (1, 1e-5))
 
     def test_a_run_writes_no_parameter(self):
         self.launch()

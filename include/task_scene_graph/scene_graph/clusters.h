@@ -37,8 +37,10 @@ SceneObject describeObject(const std::vector<const ObjectPrimitive*>& members,
 /// of its mean embedding to its best task reaches SceneGraphConfig::publishedFrom().
 bool isPublished(int cluster_task, const SceneObject& object, const SceneGraphConfig& config);
 
-/// The region that places are together, without id; named if its score reaches `place_alpha`.
-/// @param members  as in describeObject. O(members * D + tasks * D).
+/// The region that places are together, without id, doors and objects; named if its score reaches
+/// `place_alpha`.
+/// @param members  not empty; embeddings that are missing, zero or of another size than the tasks'
+/// (without tasks: than the first) do not count. O(members * D + tasks * D).
 Region describeRegion(const std::vector<const Place*>& members,
                       const bottleneck::TaskScorer& scorer, const std::vector<std::string>& tasks,
                       double place_alpha);

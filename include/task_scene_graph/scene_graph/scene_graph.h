@@ -37,12 +37,25 @@ struct Region {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< of the place nearest to their mean
   std::vector<PlaceId> places;                           ///< ascending, never empty
   Embedding embedding;                                   ///< mean of its places' embeddings
+  double area_m2 = 0.0;  ///< of the floor within the clearance of its places
+  /// Outline of that floor, x and y in the world frame, counter-clockwise; of its largest part if
+  /// there are several. Courtyards are not cut out.
+  std::vector<Eigen::Vector2d> footprint_m;
+  std::vector<PlaceId> doors;     ///< its places with an edge into another region, ascending
+  std::vector<ObjectId> objects;  ///< whose nearest place is in it, ascending
 };
 
-/// Two regions, a < b, of which at least two places are joined.
+/// Two regions, a < b, of which at least two places are joined, and why they are two.
 struct RegionEdge {
   RegionId a;
   RegionId b;
+  double passage_m = 0.0;  ///< clearance of the widest edge between them
+  /// What joining the two would lose of the information on the place tasks [Clio24, Eq. 2], as it
+  /// is compared with `merge_threshold`: half the bits, or the share of all (place_normaliser). A
+  /// loss below the threshold: they are apart because merges that lead there lose more. Both are 0
+  /// where they are not known: rooms by shape.
+  double merge_loss = 0.0;
+  double merge_threshold = 0.0;
 };
 
 /// One snapshot of the whole graph: primitives -> objects -> places -> regions. Immutable.
@@ -73,7 +86,8 @@ std::vector<RegionId> computeRegionOfObjects(const SceneGraph& graph);
 /// O(primitives * log(primitives)).
 std::map<PrimitiveId, std::int32_t> computeObjectOfPrimitives(const SceneGraph& graph);
 
-/// The pairs of regions of which places are joined; ascending. O(edges * log(places)).
-std::vector<RegionEdge> computeRegionEdges(const SceneGraph& graph);
+/// Sets the edges between regions (but for what merging loses), and of each region its doors and
+/// its objects, from the regions' places and the objects' places. O((edges + objects) log(places)).
+void connectRegions(SceneGraph& graph);
 
 }  // namespace tsg::scene_graph

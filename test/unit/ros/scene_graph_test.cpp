@@ -51,13 +51,17 @@ scene_graph::SceneGraph makeGraph() {
   region.position_m = {0, 0, 1};
   region.places = {{7}};
   region.embedding = Embedding::Unit(3, 0);
+  region.area_m2 = 0.5;
+  region.footprint_m = {{0, 0}, {1, 0}, {1, 0.5}, {0, 0.5}};
+  region.doors = {{7}};
+  region.objects = {{1}};
   scene_graph::Region other = region;
   other.id = {2};
   other.task = "";
   other.task_index = -1;
   other.places = {{8}};
   graph.regions = {region, other};
-  graph.region_edges = {{{1}, {2}}};
+  graph.region_edges = {{{1}, {2}, 0.25, 2.0, 0.5}};
   return graph;
 }
 
@@ -77,6 +81,13 @@ TEST(SceneGraphConversion, RoundTripGivesTheSameMessage) {
   ASSERT_EQ(received.regions.size(), 2U);
   EXPECT_EQ(received.regions[1].task_index, -1);
   EXPECT_EQ(received.region_edges[0].b.value, 2U);
+  EXPECT_EQ(received.region_edges[0].passage_m, 0.25);
+  EXPECT_EQ(received.region_edges[0].merge_loss, 2.0);
+  EXPECT_EQ(received.region_edges[0].merge_threshold, 0.5);
+  EXPECT_EQ(received.regions[0].area_m2, 0.5);
+  EXPECT_EQ(received.regions[0].footprint_m[2], Eigen::Vector2d(1, 0.5));
+  EXPECT_EQ(received.regions[0].doors, (std::vector<PlaceId>{{7}}));
+  EXPECT_EQ(received.regions[0].objects, (std::vector<ObjectId>{{1}}));
   EXPECT_EQ(received.places->edges[0].clearance_m, 0.25);
 }
 
@@ -129,6 +140,29 @@ TEST(SceneGraphMarkers, BoxStaysAndNodesAreLifted) {
   EXPECT_DOUBLE_EQ(places->points[0].z, 1.0 + config.place_lift_m);
   EXPECT_EQ(findMarker(array, "region_labels", 1)->text, "kitchen");
   EXPECT_EQ(findMarker(array, "region_labels", 2)->text, "region 2");
+}
+
+TEST(SceneGraphMarkers, FillTheFootprintOfARegion) {
+  scene_graph::SceneGraph graph = makeGraph();
+  // An L of 3 m2: a corner of 1 x 1 m is missing from 2 x 2 m.
+  graph.regions[0].footprint_m = {{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}};
+  SceneGraphMarkers markers(MarkerConfig{}, "world");
+  const MarkerArray array = markers.update(graph);
+  const Marker* floor = findMarker(array, "region_floors", 1);
+  ASSERT_NE(floor, nullptr);
+  ASSERT_EQ(floor->points.size() % 3, 0U);
+  double area_m2 = 0.0;
+  for (std::size_t i = 0; i < floor->points.size(); i += 3) {
+    const auto& a = floor->points[i];
+    const auto& b = floor->points[i + 1];
+    const auto& c = floor->points[i + 2];
+    area_m2 += 0.5 * std::abs((b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y));
+    EXPECT_EQ(a.z, graph.regions[0].position_m.z());
+    EXPECT_FALSE((a.x + b.x + c.x) / 3 > 1.0 && (a.y + b.y + c.y) / 3 > 1.0);
+  }
+  EXPECT_NEAR(area_m2, 3.0, 1e-6);
+  ASSERT_NE(findMarker(array, "region_outlines", 1), nullptr);
+  EXPECT_EQ(findMarker(array, "region_outlines", 1)->points.size(), 12U);
 }
 
 TEST(SceneGraphMarkers, WhatIsGoneIsDeletedOnce) {
@@ -301,6 +335,9 @@ TEST(DynamicReconfigure, DefaultsAndRangesAreThoseOfTheStruct) {
   EXPECT_EQ(defaults.place_alpha, expected.place_alpha);
   EXPECT_EQ(defaults.place_delta, expected.place_delta);
   EXPECT_EQ(defaults.place_top_k, expected.place_top_k);
+  EXPECT_EQ(defaults.place_delta_bits, expected.place_delta_bits);
+  EXPECT_EQ(defaults.place_smoothing_per_m, expected.place_smoothing_per_m);
+  EXPECT_EQ(defaults.min_region_places, expected.min_region_places);
   EXPECT_EQ(defaults.prune_null, expected.prune_null);
   EXPECT_EQ(defaults.min_object_score, expected.min_object_score);
   std::map<std::string, std::string> ranges;

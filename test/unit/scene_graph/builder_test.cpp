@@ -99,8 +99,45 @@ TEST_P(RandomGraphs, JoinRegionsOfWhichPlacesAreJoined) {
   EXPECT_FALSE(found.empty());
 }
 
-TEST_P(RandomGraphs, KnowTheRegionOfEveryPlaceAndObject) {
+TEST_P(RandomGraphs, KnowTheDoorsAndObjectsOfEveryRegionAndTheWidestPassages) {
   const SceneGraphPtr graph = makeBuilder().snapshot();
+  const auto region_of = computeRegionOfPlaces(*graph);
+  std::map<PlaceId, RegionId> regions;
+  for (std::size_t i = 0; i < region_of.size(); ++i) {
+    regions[places_->places[i].id] = region_of[i];
+  }
+  for (const Region& region : graph->regions) {
+    std::set<PlaceId> doors;
+    for (const auto& edge : places_->edges) {
+      if (!regions[edge.a].isValid() || !regions[edge.b].isValid()) continue;
+      if (regions[edge.a] == regions[edge.b]) continue;
+      if (regions[edge.a] == region.id) doors.insert(edge.a);
+      if (regions[edge.b] == region.id) doors.insert(edge.b);
+    }
+    EXPECT_EQ(region.doors, std::vector<PlaceId>(doors.begin(), doors.end()));
+    std::vector<ObjectId> objects;
+    for (const SceneObject& object : graph->objects) {
+      if (regions[object.place] == region.id) objects.push_back(object.id);
+    }
+    EXPECT_EQ(region.objects, objects);
+  }
+  for (const RegionEdge& joined : graph->region_edges) {
+    double widest_m = 0.0;
+    for (const auto& edge : places_->edges) {
+      if (std::minmax(regions[edge.a], regions[edge.b]) != std::minmax(joined.a, joined.b))
+        continue;
+      widest_m = std::max(widest_m, edge.clearance_m);
+    }
+    EXPECT_EQ(joined.passage_m, widest_m);
+    EXPECT_GT(joined.merge_loss, 0.0);
+    EXPECT_EQ(joined.merge_threshold, graph->config.place_delta_bits);
+  }
+}
+
+TEST_P(RandomGraphs, KnowTheRegionOfEveryPlaceAndObject) {
+  SceneGraphConfig config;
+  config.place_smoothing_per_m = 0.0;  // so that places without an embedding are in none
+  const SceneGraphPtr graph = makeBuilder(config).snapshot();
   const auto of_places = computeRegionOfPlaces(*graph);
   const auto of_objects = computeRegionOfObjects(*graph);
   ASSERT_EQ(of_places.size(), places_->places.size());

@@ -30,6 +30,7 @@ class Explanations : public ::testing::Test {
     SceneGraphConfig config;
     config.object_top_k = 1;
     config.object_delta = 1e-3;
+    config.place_smoothing_per_m = 0.0;  // so that a place without an embedding is in no region
     return config;
   }
   static void expectContains(const std::string& text, const std::string& part) {

@@ -99,10 +99,29 @@ inline SceneGraph makeSampleGraph() {
                     p[2]->first_seen,
                     p[2]->last_seen,
                     {}}};
-  graph.regions = {
-      {{2}, "kitchen", 0, 0.5, {0.5, 0.25, 1.0}, {{1}, {2}}, makeEmbedding({0.2F, 0.8F, 0})},
-      {{11}, "", -1, 0.125, {4.0, 0.0, 1.0}, {{4}}, makeEmbedding({0.9F, 0.1F, 0.2F})}};
-  graph.region_edges = {{{2}, {11}}};
+  graph.regions = {{{2},
+                    "kitchen",
+                    0,
+                    0.5,
+                    {0.5, 0.25, 1.0},
+                    {{1}, {2}},
+                    makeEmbedding({0.2F, 0.8F, 0}),
+                    1.5,
+                    {{0, 0}, {1.5, 0}, {1.5, 1}, {0, 1}},
+                    {{2}},
+                    {}},
+                   {{11},
+                    "",
+                    -1,
+                    0.125,
+                    {4.0, 0.0, 1.0},
+                    {{4}},
+                    makeEmbedding({0.9F, 0.1F, 0.2F}),
+                    0.0,
+                    {},
+                    {{4}},
+                    {}}};
+  graph.region_edges = {{{2}, {11}, 0.375, 2.0, 0.5}};
   return graph;
 }
 

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <unordered_map>
+#include <vector>
+
+#include "task_scene_graph/core/primitives.h"
+
+namespace tsg::scene_graph {
+
+/// Disjoint sets of places, each ascending, the sets by their smallest place.
+using PlaceGroups = std::vector<std::vector<PlaceId>>;
+
+/// Joins groups of fewer than `min_places` to the neighbour that they are joined to most: the sum
+/// of the clearances of the edges between them (equal: the one with the smallest place). The
+/// smallest group goes first (equal: the smallest place). One without neighbours stays.
+/// Places of `edges` that are in no group do not count. O((places + edges) log).
+PlaceGroups absorbSmallGroups(PlaceGroups groups, const std::vector<PlaceEdge>& edges,
+                              std::size_t min_places);
+
+/// Ids that follow groups as they change.
+class RegionIds {
+ public:
+  /// Ids of the groups, in their order. A group gets the id of the former group with which it
+  /// shares most places, the largest shares first (equal: the smaller id, then the earlier group);
+  /// each id goes to one group. The others get new ones; none is used twice. O(places log).
+  std::vector<RegionId> match(const PlaceGroups& groups);
+
+ private:
+  std::unordered_map<PlaceId, RegionId> region_of_;  ///< as of the last call
+  std::uint64_t next_ = 1;
+};
+
+}  // namespace tsg::scene_graph
