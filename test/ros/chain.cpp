@@ -270,36 +270,6 @@ TEST_F(Chain, MarkersHaveANamespaceForEachLayer) {
   }
 }
 
-TEST_F(Chain, RepeatedStampIsDroppedAndCounted) {
-  state_->robot.publish(state_->last);
-  EXPECT_TRUE(waitUntil([] {
-    return findDiagnostics(state_->diagnostics, "tracker")["dropped: repeated stamp"] == "1";
-  }));
-}
-
-/// Last: it sets time back. The first frame finds tf cleared and is lost.
-TEST_F(Chain, BagInALoopGivesTracksAgain) {
-  Recorder<rosgraph_msgs::Log> log("/rosout");
-  ASSERT_TRUE(log.waitForPublisher());
-  const std::size_t before = state_->tracks.messages().size();
-  state_->robot.publish(makeMessages(0));
-  ASSERT_TRUE(waitForLog(log, {"[/tracker]", "stamps jumped back"}));
-  ASSERT_TRUE(waitForLog(log, {"[/mesh_fusion]", "stamps jumped back"}));
-  for (int i = 1; i < 6; ++i) {
-    const RobotMessages messages = makeMessages(i);
-    state_->robot.publish(messages);
-    ASSERT_TRUE(waitUntil([&] {
-      const auto all = state_->tracks.messages();
-      return std::any_of(all.begin() + static_cast<std::ptrdiff_t>(before), all.end(),
-                         [&](const auto& tracks) {
-                           return ros_interface::toStamp(tracks->header.stamp) == messages.stamp;
-                         });
-    })) << "frame "
-        << i;
-  }
-  EXPECT_FALSE(state_->tracks.messages().back()->live.empty());
-}
-
 /// What a path must not come near: the boxes and the walls.
 double computeRoomClearance(const geometry_msgs::Point& p) {
   double clearance_m = 3.0 - std::max(std::abs(p.x), std::abs(p.y));
@@ -397,6 +367,36 @@ TEST_F(Chain, TheFloorIsAnOccupancyGridThatHoldsTheRoom) {
   EXPECT_EQ(at(0.0, 0.0), 0);
   EXPECT_EQ(at(1.25, 0.8), 100);
   EXPECT_EQ(at(-2.0, 0.5), 0);
+}
+
+TEST_F(Chain, RepeatedStampIsDroppedAndCounted) {
+  state_->robot.publish(state_->last);
+  EXPECT_TRUE(waitUntil([] {
+    return findDiagnostics(state_->diagnostics, "tracker")["dropped: repeated stamp"] == "1";
+  }));
+}
+
+/// Last: it sets time back. The first frame finds tf cleared and is lost.
+TEST_F(Chain, BagInALoopGivesTracksAgain) {
+  Recorder<rosgraph_msgs::Log> log("/rosout");
+  ASSERT_TRUE(log.waitForPublisher());
+  const std::size_t before = state_->tracks.messages().size();
+  state_->robot.publish(makeMessages(0));
+  ASSERT_TRUE(waitForLog(log, {"[/tracker]", "stamps jumped back"}));
+  ASSERT_TRUE(waitForLog(log, {"[/mesh_fusion]", "stamps jumped back"}));
+  for (int i = 1; i < 6; ++i) {
+    const RobotMessages messages = makeMessages(i);
+    state_->robot.publish(messages);
+    ASSERT_TRUE(waitUntil([&] {
+      const auto all = state_->tracks.messages();
+      return std::any_of(all.begin() + static_cast<std::ptrdiff_t>(before), all.end(),
+                         [&](const auto& tracks) {
+                           return ros_interface::toStamp(tracks->header.stamp) == messages.stamp;
+                         });
+    })) << "frame "
+        << i;
+  }
+  EXPECT_FALSE(state_->tracks.messages().back()->live.empty());
 }
 
 TEST_F(Chain, SaveMapWritesTheFloorsForMapServer) {
