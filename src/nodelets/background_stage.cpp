@@ -43,7 +43,8 @@ BackgroundStage::BackgroundStage(ros::NodeHandle& handle, const BackgroundStageO
                       options.fusion.background.tsdf.voxel_size_m * mapping::kBlockSide),
       places_(
           handle,
-          {options.fusion.places, options.world_frame, options.queue_size, options.max_queue_bytes},
+          {options.fusion.places, options.world_frame, options.queue_size, options.max_queue_bytes,
+           options.on_map},
           report),
       occupancy_(makeOccupancyStage(handle, late_, options, report)),
       worker_(

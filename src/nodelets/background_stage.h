@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -33,6 +34,8 @@ struct BackgroundStageOptions {
   double octomap_period_s = 1.0;
   std::size_t queue_size = 100;             ///< frames, and views, that wait
   std::size_t max_queue_bytes = 512000000;  ///< of the images of either
+  /// Told of new places and their ground plan, from a thread of this stage; may be null.
+  std::function<void(const PlaceGraph&, const places::GroundPlan&)> on_map{};
 };
 
 /// Every frame -> background mesh, places, occupancy map: their threads, their topics, their files.

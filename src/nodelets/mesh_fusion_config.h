@@ -6,6 +6,7 @@
 #include "common_config.h"
 #include "task_scene_graph/pipeline/background_fusion.h"
 #include "task_scene_graph/pipeline/object_fusion.h"
+#include "task_scene_graph/planning/planner_config.h"
 #include "task_scene_graph/ros/input_config.h"
 
 namespace tsg::nodelets {
@@ -16,6 +17,7 @@ struct MeshFusionNodeletConfig {
 
   pipeline::BackgroundFusionConfig background_fusion;
   pipeline::ObjectFusionConfig object_fusion;
+  planning::PlannerConfig planner;
   ros_interface::InputConfig input;
   std::filesystem::path output;
   double mesh_period_s = 1.0;
@@ -30,8 +32,10 @@ struct MeshFusionNodeletConfig {
   static void visit(Self& self, Visitor& v) {
     pipeline::BackgroundFusionConfig::visit(self.background_fusion, v);
     pipeline::ObjectFusionConfig::visit(self.object_fusion, v);
+    v.group("planner", self.planner);
     v.group("input", self.input);
-    v.field("output", self.output, {}, "", "folder for mesh.ply, map.bt and map.ot; empty = none");
+    v.field("output", self.output, {}, "",
+            "folder for mesh.ply, floor_*.pgm, map.bt and map.ot; empty = none");
     v.field("mesh_period_s", self.mesh_period_s, {0.0, 3600.0}, "s",
             "least time (of the frames' stamps) between two updates of `mesh` and `mesh_blocks`");
     v.field("octomap_period_s", self.octomap_period_s, {0.0, 3600.0}, "s",

@@ -3,9 +3,11 @@
 #include <map>
 #include <optional>
 #include <pluginlib/class_list_macros.hpp>
+#include <utility>
 
 #include "background_stage.h"
 #include "mesh_fusion_config.h"
+#include "navigation_stage.h"
 #include "object_stage.h"
 #include "stage_nodelet.h"
 #include "task_scene_graph/ros/epoch.h"
@@ -41,7 +43,7 @@ class MeshFusionNodelet : public StageNodelet {
   void handMatch(const std::optional<Match>& match);
   bool saveMesh(msg::SaveMeshRequest& request, msg::SaveMeshResponse& response);
   void noteObjects(const msg::SaveMeshRequest& request);
-  /// mesh.ply and the occupancy map's files.
+  /// mesh.ply, the storeys' and the occupancy map's files.
   std::vector<WrittenFile> writeFiles(const std::filesystem::path& folder);
 
   MeshFusionNodeletConfig config_;
@@ -49,6 +51,7 @@ class MeshFusionNodelet : public StageNodelet {
       object_of_primitive_;  ///< as last told; of the services' thread
   Stamp saved_frame_;  ///< newest one that a call at the end has saved; of the services' thread
   ros::ServiceServer save_server_;
+  std::unique_ptr<NavigationStage> navigation_;  ///< outlives the stage that tells it of places
   std::unique_ptr<BackgroundStage> background_;
   std::unique_ptr<ObjectStage> objects_;
   ros_interface::EpochFollower segmentations_epoch_;
@@ -92,11 +95,18 @@ void MeshFusionNodelet::start() {
 void MeshFusionNodelet::startStages() {
   ros::NodeHandle& handle = getNodeHandle();
   const std::string& world_frame = config_.input.world_frame;
+  planning::PlannerConfig planner = config_.planner;
+  planner.max_step_m = config_.background_fusion.places.max_step_m;
+  navigation_ = std::make_unique<NavigationStage>(
+      handle, NavigationStage::Options{planner, world_frame}, report());
   background_ = std::make_unique<BackgroundStage>(
       handle,
       BackgroundStageOptions{config_.background_fusion, world_frame, config_.mesh_period_s,
                              config_.octomap_period_s, static_cast<std::size_t>(config_.queue_size),
-                             1000000U * static_cast<std::size_t>(config_.queue_megabytes)},
+                             1000000U * static_cast<std::size_t>(config_.queue_megabytes),
+                             [this](const PlaceGraph& graph, const places::GroundPlan& plan) {
+                               navigation_->setMap(graph, plan);
+                             }},
       report());
   objects_ = std::make_unique<ObjectStage>(
       handle,
@@ -127,6 +137,7 @@ void MeshFusionNodelet::subscribe() {
 
 void MeshFusionNodelet::onFrame(const RgbdFramePtr& frame) {
   if (isPaused()) return;
+  navigation_->setCamera(frame->T_world_camera.translation());
   background_->addFrame(frame);
   handMatch(matcher_->addFrame(frame));
 }
@@ -183,6 +194,7 @@ std::string MeshFusionNodelet::reset() {
   matcher_->clear();
   background_->reset();
   objects_->reset();
+  navigation_->forgetCamera();
   return "the mesh, the places and " + std::to_string(num_primitives) +
          " object primitives are forgotten";
 }
@@ -225,7 +237,9 @@ void MeshFusionNodelet::noteObjects(const msg::SaveMeshRequest& request) {
 
 std::vector<WrittenFile> MeshFusionNodelet::writeFiles(const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder);
-  return background_->writeFiles(folder, objects_->primitives(), object_of_primitive_);
+  auto files = background_->writeFiles(folder, objects_->primitives(), object_of_primitive_);
+  for (auto& file : navigation_->writeFiles(folder)) files.push_back(std::move(file));
+  return files;
 }
 
 }  // namespace tsg::nodelets

@@ -127,6 +127,7 @@ void PlacesStage::publish(const PlaceGraph& graph, std::uint64_t num_clears) {
   message->sequence = sequence_ + 1;
   publisher_.publish(message);
   ++sequence_;
+  if (options_.on_map) options_.on_map(graph, extractor_->plan());
   report_.set("places", std::to_string(graph.places.size()));
 }
 

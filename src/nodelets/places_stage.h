@@ -8,6 +8,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -31,6 +32,8 @@ class PlacesStage {
     std::string world_frame;
     std::size_t max_views = 100;           ///< that wait; beyond it the oldest is dropped
     std::size_t max_view_bytes = 1 << 28;  ///< of their images; beyond it a new one is dropped
+    /// Told of what is published, from the thread; may be null.
+    std::function<void(const PlaceGraph&, const places::GroundPlan&)> on_map{};
   };
 
   /// Advertises `place_graph`.

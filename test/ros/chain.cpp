@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dynamic_reconfigure/Reconfigure.h>
 #include <gtest/gtest.h>
+#include <nav_msgs/OccupancyGrid.h>
+#include <nav_msgs/Path.h>
 #include <octomap/OcTree.h>
 #include <std_srvs/Trigger.h>
+#include <task_scene_graph/PlanPath.h>
 #include <visualization_msgs/MarkerArray.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -93,6 +97,8 @@ class Chain : public ::testing::Test {
     Recorder<visualization_msgs::MarkerArray> markers{"scene_graph_markers"};
     Recorder<ros_interface::OctomapMessage> octomaps{"octomap"};
     Recorder<msg::OctomapChanges> octomap_changes{"octomap_changes"};
+    Recorder<nav_msgs::OccupancyGrid> floors{"floor_0/map"};
+    Recorder<nav_msgs::Path> paths{"path"};
     Recorder<diagnostic_msgs::DiagnosticArray> diagnostics{"/diagnostics"};
     nodelet::Loader loader{false};
     RobotMessages last;
@@ -264,6 +270,105 @@ TEST_F(Chain, MarkersHaveANamespaceForEachLayer) {
   }
 }
 
+/// What a path must not come near: the boxes and the walls.
+double computeRoomClearance(const geometry_msgs::Point& p) {
+  double clearance_m = 3.0 - std::max(std::abs(p.x), std::abs(p.y));
+  for (const double y : {0.8, -0.8}) {
+    const double dx = std::max(0.0, std::abs(p.x - 1.5) - 0.3);
+    const double dy = std::max(0.0, std::abs(p.y - y) - 0.3);
+    clearance_m = std::min(clearance_m, std::hypot(dx, dy));
+  }
+  return clearance_m;
+}
+
+msg::PlanPathResponse planPath(const msg::PlanPathRequest& request) {
+  msg::PlanPath call;
+  call.request = request;
+  EXPECT_TRUE(ros::service::waitForService("plan_path", ros::Duration(30.0)));
+  EXPECT_TRUE(ros::service::call("plan_path", call));
+  return call.response;
+}
+
+TEST_F(Chain, APathLeadsFromTheCameraToAnObjectAndLooksAtIt) {
+  msg::PlanPathRequest request;
+  request.goal_kind = msg::PlanPathRequest::OBJECT;
+  request.name = "red box";
+  const auto response = planPath(request);
+  ASSERT_TRUE(response.success) << response.message;
+  const auto& poses = response.path.poses;
+  ASSERT_GT(poses.size(), 5U);
+  EXPECT_EQ(response.path.header.frame_id, "world");
+  EXPECT_NEAR(poses.front().pose.position.x, 0.0, 0.1);
+  EXPECT_NEAR(poses.front().pose.position.y, 1.8, 0.1);
+  for (const auto& pose : poses) {
+    // A voxel and a half, as places are.
+    EXPECT_GE(computeRoomClearance(pose.pose.position), 0.25 - 0.15);
+    EXPECT_NEAR(pose.pose.position.z, 0.0, 0.1);
+  }
+  const auto& end = poses.back().pose;
+  const double yaw_rad = 2.0 * std::atan2(end.orientation.z, end.orientation.w);
+  EXPECT_NEAR(yaw_rad, std::atan2(0.8 - end.position.y, 1.5 - end.position.x), 0.15);
+  EXPECT_TRUE(state_->paths.waitFor(
+      [&](const nav_msgs::Path& path) { return path.poses.size() == poses.size(); }));
+  request.name.clear();
+  request.id = response.goal_id;
+  EXPECT_NEAR(planPath(request).length_m, response.length_m, 1e-9);
+}
+
+TEST_F(Chain, WhatCannotBePlannedSaysWhy) {
+  msg::PlanPathRequest request;
+  request.goal_kind = msg::PlanPathRequest::OBJECT;
+  request.id = 999;
+  auto response = planPath(request);
+  EXPECT_FALSE(response.success);
+  EXPECT_NE(response.message.find("no object has the id 999"), std::string::npos)
+      << response.message;
+  EXPECT_TRUE(response.path.poses.empty());
+  request.id = 0;
+  request.name = "piano";
+  response = planPath(request);
+  EXPECT_NE(response.message.find("no object is named 'piano'"), std::string::npos)
+      << response.message;
+  EXPECT_NE(response.message.find("red box"), std::string::npos) << response.message;
+  request.goal_kind = msg::PlanPathRequest::POINT;
+  request.point.x = 30.0;
+  response = planPath(request);
+  EXPECT_NE(response.message.find("outside the observed floor"), std::string::npos)
+      << response.message;
+}
+
+TEST_F(Chain, ARegionAndAPlaceCanBeGoneTo) {
+  msg::PlanPathRequest request;
+  request.goal_kind = msg::PlanPathRequest::REGION;
+  request.name = "room";
+  const auto region = planPath(request);
+  EXPECT_TRUE(region.success) << region.message;
+  request.goal_kind = msg::PlanPathRequest::PLACE;
+  request.id = newestGraph()->places.front().id;
+  request.has_start = 1;
+  request.start.x = -1.6;
+  const auto place = planPath(request);
+  EXPECT_TRUE(place.success) << place.message;
+  EXPECT_GE(place.least_clearance_m, 0.25 - 0.01);
+}
+
+TEST_F(Chain, TheFloorIsAnOccupancyGridThatHoldsTheRoom) {
+  ASSERT_TRUE(state_->floors.waitFor([](const nav_msgs::OccupancyGrid&) { return true; }));
+  const auto grid = state_->floors.messages().back();
+  EXPECT_EQ(grid->header.frame_id, "world");
+  ASSERT_EQ(grid->data.size(), grid->info.width * grid->info.height);
+  const auto at = [&](double x, double y) {
+    const auto column = static_cast<std::size_t>((x - grid->info.origin.position.x) /
+                                                 static_cast<double>(grid->info.resolution));
+    const auto row = static_cast<std::size_t>((y - grid->info.origin.position.y) /
+                                              static_cast<double>(grid->info.resolution));
+    return static_cast<int>(grid->data.at(column + grid->info.width * row));
+  };
+  EXPECT_EQ(at(0.0, 0.0), 0);
+  EXPECT_EQ(at(1.25, 0.8), 100);
+  EXPECT_EQ(at(-2.0, 0.5), 0);
+}
+
 TEST_F(Chain, RepeatedStampIsDroppedAndCounted) {
   state_->robot.publish(state_->last);
   EXPECT_TRUE(waitUntil([] {
@@ -292,6 +397,16 @@ TEST_F(Chain, BagInALoopGivesTracksAgain) {
         << i;
   }
   EXPECT_FALSE(state_->tracks.messages().back()->live.empty());
+}
+
+TEST_F(Chain, SaveMapWritesTheFloorsForMapServer) {
+  const YAML::Node floor = YAML::LoadFile(outputPath("floor_0.yaml"));
+  EXPECT_EQ(floor["image"].as<std::string>(), "floor_0.pgm");
+  EXPECT_EQ(floor["origin"].size(), 3U);
+  std::ifstream pgm(outputPath("floor_0.pgm"), std::ios::binary);
+  std::string magic;
+  std::getline(pgm, magic);
+  EXPECT_EQ(magic, "P5");
 }
 
 }  // namespace

@@ -49,7 +49,7 @@ GroundPlan::TilePtr drawTile(const PlanLevel& level, const GroundPlan& plan,
   return is_empty ? nullptr : drawn;
 }
 
-/// Directions of a lattice up to (3, 2), each once.
+/// Directions of a lattice up to (4, 1) and (3, 2), each once.
 std::vector<std::array<int, 2>> findDirections() {
   std::vector<std::array<int, 2>> directions;
   for (int x = -4; x <= 4; ++x) {

@@ -62,7 +62,7 @@ PlaceGraph drawPlaces(const std::vector<PlanLevel>& levels, const PlanRect& exte
                       double lattice_m = 0.9, double min_clearance_m = 0.3);
 
 /// Length of the shortest way of a circle on one level: Dijkstra on a lattice of `lattice_m` with
-/// 32 directions, at most 0.7 % too long besides what the lattice misses; infinite if there is
+/// 40 directions, at most 0.8 % too long besides what the lattice misses; infinite if there is
 /// none.
 double computeShortestWay(const PlanLevel& level, const PlanRect& extent,
                           const Eigen::Vector2d& from_m, const Eigen::Vector2d& to_m,

@@ -9,7 +9,7 @@ namespace tsg::planning {
 /// the ground plan was made for (places/body_height_m).
 struct PlannerConfig {
   double robot_radius_m = 0.25;
-  double max_step_m = 0.2;
+  double max_step_m = 0.2;  ///< as places/max_step_m of the plan, so no parameter of its own
   double goal_tolerance_m = 0.5;
   double stand_off_m = 0.3;
   double max_stand_off_m = 1.5;
@@ -22,8 +22,6 @@ struct PlannerConfig {
   static void visit(Self& self, Visitor& v) {
     v.field("robot_radius_m", self.robot_radius_m, {0.0, 5.0}, "m",
             "radius of the robot seen from above; no path comes nearer to an obstacle");
-    v.field("max_step_m", self.max_step_m, {0.01, 1.0}, "m",
-            "floor may rise or fall by this from cell to cell (as places/max_step_m)");
     v.field("goal_tolerance_m", self.goal_tolerance_m, {0.0, 10.0}, "m",
             "a path to a point where the robot has no room ends so near to it");
     v.field("stand_off_m", self.stand_off_m, {0.0, 10.0}, "m",

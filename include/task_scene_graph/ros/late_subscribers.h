@@ -87,9 +87,10 @@ class LateSubscribers {
   /// Advertises a topic whose subscribers are each served once, when they come.
   /// @param serve  called from a thread of this object, also from several at once; what it uses
   ///               must live until stop()
+  /// @param is_latched  besides, subscribers in this process are sent the last message published
   template <typename Message>
   ros::Publisher advertise(ros::NodeHandle& handle, const std::string& topic,
-                           std::uint32_t queue_size, Serve serve) {
+                           std::uint32_t queue_size, Serve serve, bool is_latched = false) {
     ros::AdvertiseOptions options;
     options.init<Message>(
         topic, queue_size,
@@ -97,6 +98,7 @@ class LateSubscribers {
           serveOne(topic, serve, subscriber);
         });
     options.callback_queue = &queue_;
+    options.latch = is_latched;
     return handle.advertise(options);
   }
 

@@ -21,6 +21,7 @@
 #include "task_scene_graph/map/files.h"
 #include "task_scene_graph/pipeline/pipeline.h"
 #include "task_scene_graph/plausibility/embedding_checks.h"
+#include "task_scene_graph/planning/storeys.h"
 #include "task_scene_graph/ros/input_plausibility_report.h"
 #include "task_scene_graph/ros/rgbd_bag.h"
 #include "task_scene_graph/ros/task_loader.h"
@@ -254,6 +255,11 @@ std::vector<WrittenFile> writeFiles(const Arguments& arguments, const nodelets::
                    describeRun(arguments, model_set)});
   std::vector<WrittenFile> files = map::writeOccupancyFiles(output, pipeline.occupancy());
   for (auto& file : map::writeMap(output, map)) files.push_back(std::move(file));
+  planning::StoreyMap storeys;
+  storeys.update(pipeline.places().plan());
+  for (auto& file : planning::writeStoreyFiles(output, storeys.storeys())) {
+    files.push_back(std::move(file));
+  }
   return files;
 }
 

@@ -310,7 +310,7 @@ std::vector<double> measureRatios(unsigned seeds, const PlannerConfig& config, d
       continue;
     }
     expectSound(result, world.levels[0], request);
-    EXPECT_GE(result.path.length_m, narrow_m / 1.007 - 0.01);
+    EXPECT_GE(result.path.length_m, narrow_m / 1.008 - 0.01);
     ratios.push_back(result.path.length_m / narrow_m);
   }
   std::sort(ratios.begin(), ratios.end());
