@@ -147,7 +147,8 @@ TEST(SceneGraphMarkers, FillTheFootprintOfARegion) {
   // An L of 3 m2: a corner of 1 x 1 m is missing from 2 x 2 m.
   graph.regions[0].footprint_m = {{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}};
   SceneGraphMarkers markers(MarkerConfig{}, "world");
-  const MarkerArray array = markers.update(graph);
+  TaskNumbers numbers;
+  const MarkerArray array = markers.update(graph, numbers);
   const Marker* floor = findMarker(array, "region_floors", 1);
   ASSERT_NE(floor, nullptr);
   ASSERT_EQ(floor->points.size() % 3, 0U);
