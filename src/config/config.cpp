@@ -119,6 +119,8 @@ YAML::Node loadYamlFile(const std::string& path) {
   }
   try {
     const std::string text = endLine(readText(path));
+    const std::string endless = findEndlessBrackets(text);
+    if (!endless.empty()) throw ConfigError(where, {endless});
     if (hasSecondDocument(text)) {
       throw ConfigError(where,
                         {"there are 2 documents in it or more, expected one: lines '---', or a "

@@ -94,6 +94,8 @@ sensor_msgs::CameraInfo fromKeys(const YAML::Node& yaml) {
 }
 
 sensor_msgs::CameraInfo fromYaml(const std::string& text, const std::string& path) {
+  const std::string endless = config::findEndlessBrackets(text);
+  if (!endless.empty()) failFormat(path, endless);
   try {
     const YAML::Node yaml = YAML::Load(config::endLine(text));
     if (yaml.IsMap() && yaml["camera_matrix"]) return fromCalibration(yaml);

@@ -3,13 +3,14 @@
 
 #include <string>
 
+/// What yaml-cpp 0.6 (Ubuntu 20.04, Debian 11) never comes back from.
 namespace tsg::config {
 
-/// A text whose last line is ended: yaml-cpp 0.6 (Ubuntu 20.04, Debian 11) never comes back from
-/// "[5:" at the very end of one.
-inline std::string endLine(std::string yaml) {
-  if (!yaml.empty() && yaml.back() != '\n') yaml += '\n';
-  return yaml;
-}
+/// A text whose last line is ended: "[5:" at the very end of one is such.
+std::string endLine(std::string yaml);
+
+/// What is wrong with a text that has ":]" inside brackets, with the number of the line; "" if
+/// nothing is.
+std::string findEndlessBrackets(const std::string& yaml);
 
 }  // namespace tsg::config

@@ -20,10 +20,11 @@ enum class ViewWeighting {
 
 /// deviation: upstream looks 3 m far and keeps places 0.4 m from obstacles; here 5 m, since a
 /// ground plan costs little and halls are wide, and 0.3 m, since the middle of a 0.8 m door in 0.1
-/// m voxels may have no more than that.
+/// m voxels may have no more than that. Its places are about 1 m apart; here 0.5 m, so that their
+/// spheres reach into the corners of a room and regions can be rooms (docs/places.md).
 struct PlacesConfig {
   FreeSpaceKind free_space = FreeSpaceKind::kWalkable;
-  double body_height_m = 1.0;
+  double body_height_m = 1.2;
   double body_radius_m = 0.25;
   double camera_height_m = 0.0;
   double max_way_gap_m = 1.0;
@@ -34,13 +35,13 @@ struct PlacesConfig {
   double min_clearance_m = 0.3;
   double min_parent_separation_m = 2.5;
   double max_parent_cosine = 0.1;
-  double cell_size_m = 1.0;
-  double merge_distance_m = 0.5;
-  double fill_distance_m = 0.75;
+  double cell_size_m = 0.5;
+  double merge_distance_m = 0.25;
+  double fill_distance_m = 0.4;
   double min_edge_clearance_m = 0.25;
   double max_edge_m = 2.2;
   double edge_stretch = 1.1;
-  int min_component_size = 3;
+  int min_component_size = 12;
   double max_view_range_m = 5.0;
   double occlusion_tolerance_m = 0.1;
   int max_views = 4000;

@@ -7,13 +7,15 @@
 #include "box_world.h"
 #include "graph_checks.h"
 #include "places/place_layers.h"
+#include "sparse_config.h"
 #include "task_scene_graph/places/place_extractor.h"
 
 namespace tsg::places::test {
 
 /// What an ideal sensor saw of a world, as an extractor and as its layers.
 struct SeenWorld {
-  explicit SeenWorld(const BoxWorld& world, const Aabb& box, const PlacesConfig& config = {},
+  explicit SeenWorld(const BoxWorld& world, const Aabb& box,
+                     const PlacesConfig& config = makeSparseConfig(),
                      const std::function<bool(const Eigen::Vector3d&)>& is_seen = {})
       : layers(config), extractor(config) {
     const auto blocks = observe(world, box, volume, is_seen);

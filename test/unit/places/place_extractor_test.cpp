@@ -8,6 +8,7 @@
 
 #include "box_world.h"
 #include "graph_checks.h"
+#include "sparse_config.h"
 #include "task_scene_graph/config/config.h"
 
 namespace tsg::places {
@@ -19,7 +20,7 @@ using test::kVoxel_m;
 
 const Aabb kEverything = makeAabb({-1, -1, -0.5}, {14, 8, 2.4});
 
-PlaceGraph extract(const BoxWorld& world, const PlacesConfig& config = {},
+PlaceGraph extract(const BoxWorld& world, const PlacesConfig& config = makeSparseConfig(),
                    const Aabb& seen = kEverything) {
   mapping::TsdfVolume volume(kVoxel_m);
   const auto blocks = test::observe(world, seen, volume);
@@ -46,7 +47,8 @@ double computeClearance(const BoxWorld& world, const PlacesConfig& config,
 }
 
 /// What holds for every graph: sorted, edges between its own places, clearances as stated.
-void expectSound(const PlaceGraph& graph, const BoxWorld& world, const PlacesConfig& config = {}) {
+void expectSound(const PlaceGraph& graph, const BoxWorld& world,
+                 const PlacesConfig& config = makeSparseConfig()) {
   for (std::size_t i = 0; i < graph.places.size(); ++i) {
     const Place& place = graph.places[i];
     EXPECT_TRUE(place.id.isValid());
@@ -146,7 +148,7 @@ TEST(PlaceExtractor, UnknownSpaceIsNotFree) {
   const auto blocks = test::observe(world, kEverything, volume, [](const Eigen::Vector3d& p) {
     return p.x() < 3.5 || p.x() > 4.5;
   });
-  PlaceExtractor extractor{PlacesConfig{}};
+  PlaceExtractor extractor{makeSparseConfig()};
   extractor.update(volume, blocks, Stamp{1});
   const PlaceGraph graph = extractor.graph();
   EXPECT_EQ(findParts(graph).size(), 2U);
@@ -158,7 +160,7 @@ TEST(PlaceExtractor, UnknownSpaceIsNotFree) {
 TEST(PlaceExtractor, SmallComponentsAreLeftOut) {
   BoxWorld world;
   world.addRoom(0, 0, 2.2, 2.2);
-  PlacesConfig config;
+  PlacesConfig config = makeSparseConfig();
   config.min_component_size = 1;
   const std::size_t all = extract(world, config).places.size();
   ASSERT_GE(all, 1U);
@@ -169,7 +171,7 @@ TEST(PlaceExtractor, SmallComponentsAreLeftOut) {
 TEST(PlaceExtractor, VolumeModeFillsARoomWithoutFloorOrGravity) {
   BoxWorld world;
   world.addRoom(0, 0, 4, 4).add({-0.2, -0.2, 2.2}, {4.2, 4.2, 2.5});
-  PlacesConfig config;
+  PlacesConfig config = makeSparseConfig();
   config.free_space = FreeSpaceKind::kVolume;
   const PlaceGraph graph = extract(world, config);
   expectSound(graph, world, config);
@@ -183,7 +185,7 @@ TEST(PlaceExtractor, VolumeModeFillsARoomWithoutFloorOrGravity) {
 TEST(PlaceExtractor, IdsStayWhileTheMapGrows) {
   const BoxWorld world = makeTwoRooms(0.8);
   mapping::TsdfVolume volume(kVoxel_m);
-  PlaceExtractor extractor{PlacesConfig{}};
+  PlaceExtractor extractor{makeSparseConfig()};
   PlaceGraph before;
   for (double x_m = 1.0; x_m < 9.0; x_m += 0.5) {
     const Aabb strip = makeAabb({x_m - 2.0, -1, -0.5}, {x_m, 8, 2.4});
@@ -206,7 +208,7 @@ TEST(PlaceExtractor, RepeatedUpdateChangesNothing) {
   const BoxWorld world = makeTwoRooms(0.8);
   mapping::TsdfVolume volume(kVoxel_m);
   const auto blocks = test::observe(world, kEverything, volume);
-  PlaceExtractor extractor{PlacesConfig{}};
+  PlaceExtractor extractor{makeSparseConfig()};
   extractor.update(volume, blocks, Stamp{1});
   const PlaceGraph first = extractor.graph();
   extractor.update(volume, blocks, Stamp{2});
@@ -238,11 +240,11 @@ TEST(PlaceExtractor, OrderOfChangedBlocksDoesNotMatter) {
   const BoxWorld world = makeTwoRooms(0.8);
   mapping::TsdfVolume volume(kVoxel_m);
   auto blocks = test::observe(world, kEverything, volume);
-  PlaceExtractor sorted{PlacesConfig{}};
+  PlaceExtractor sorted{makeSparseConfig()};
   sorted.update(volume, blocks, Stamp{1});
   std::mt19937 random(2);
   std::shuffle(blocks.begin(), blocks.end(), random);
-  PlaceExtractor shuffled{PlacesConfig{}};
+  PlaceExtractor shuffled{makeSparseConfig()};
   shuffled.update(volume, blocks, Stamp{1});
   expectEqual(sorted.graph(), shuffled.graph());
 }
@@ -251,7 +253,7 @@ TEST(PlaceExtractor, BlocksThatTheVolumeDropsAreRemembered) {
   const BoxWorld world = makeTwoRooms(0.8);
   mapping::TsdfVolume volume(kVoxel_m);
   const auto blocks = test::observe(world, kEverything, volume);
-  PlaceExtractor extractor{PlacesConfig{}};
+  PlaceExtractor extractor{makeSparseConfig()};
   extractor.update(volume, blocks, Stamp{1});
   const PlaceGraph before = extractor.graph();
   for (const auto& block : blocks) volume.removeBlock(block);
@@ -280,7 +282,7 @@ TEST(PlaceExtractor, RandomFurnitureGivesSoundGraphs) {
 }
 
 TEST(PlaceExtractor, EmptyOrSolidVolumesHaveNoPlaces) {
-  PlaceExtractor extractor{PlacesConfig{}};
+  PlaceExtractor extractor{makeSparseConfig()};
   mapping::TsdfVolume volume(kVoxel_m);
   extractor.update(volume, {}, Stamp{1});
   EXPECT_TRUE(extractor.graph().places.empty());
@@ -303,7 +305,7 @@ std::vector<mapping::GridIndex> addFarPatch(double far_m, mapping::TsdfVolume& v
 class FarPatch : public testing::TestWithParam<FreeSpaceKind> {};
 
 TEST_P(FarPatch, OfAFrameWhosePoseIsOffByKilometresLeavesThePlacesAsTheyAre) {
-  PlacesConfig config;
+  PlacesConfig config = makeSparseConfig();
   config.free_space = GetParam();
   mapping::TsdfVolume volume(kVoxel_m);
   const auto blocks = test::observe(makeTwoRooms(0.9), kEverything, volume);
@@ -329,7 +331,7 @@ INSTANTIATE_TEST_SUITE_P(BothKinds, FarPatch,
                          testing::Values(FreeSpaceKind::kWalkable, FreeSpaceKind::kVolume));
 
 TEST(PlaceExtractor, AnotherVoxelSizeIsRejectedWithBothSizes) {
-  PlaceExtractor extractor{PlacesConfig{}};
+  PlaceExtractor extractor{makeSparseConfig()};
   extractor.update(mapping::TsdfVolume(0.1), {}, Stamp{1});
   try {
     extractor.update(mapping::TsdfVolume(0.2), {}, Stamp{2});
@@ -341,7 +343,7 @@ TEST(PlaceExtractor, AnotherVoxelSizeIsRejectedWithBothSizes) {
 }
 
 TEST(PlacesConfig, ErrorNamesTheFieldOutOfRange) {
-  PlacesConfig config;
+  PlacesConfig config = makeSparseConfig();
   config.cell_size_m = 0.0;
   EXPECT_THROW(PlaceExtractor{config}, config::ConfigError);
 }

@@ -9,6 +9,7 @@
 
 #include "box_world.h"
 #include "layers.h"
+#include "sparse_config.h"
 
 namespace tsg::places {
 namespace {
@@ -91,7 +92,7 @@ std::map<std::vector<int>, std::vector<double>> describeGraph(const PlaceLinks& 
 class Updates : public testing::TestWithParam<std::pair<FreeSpaceKind, unsigned>> {};
 
 TEST_P(Updates, GiveTheFieldAndTheGraphOfOneComputationWithEverything) {
-  PlacesConfig config;
+  PlacesConfig config = makeSparseConfig();
   config.free_space = GetParam().first;
   EditedMap map(config, GetParam().second);
   const int num_edits = config.free_space == FreeSpaceKind::kVolume ? 8 : 30;
@@ -116,7 +117,7 @@ INSTANTIATE_TEST_SUITE_P(Seeds, Updates,
 
 /// Every obstacle is looked at for every cell.
 TEST(Clearance, EqualsExhaustiveSearchAfterRandomEdits) {
-  EditedMap map(PlacesConfig{}, 5);
+  EditedMap map(makeSparseConfig(), 5);
   for (int edit = 0; edit < 25; ++edit) map.layers.update(map.voxels, map.edit());
   struct Obstacle {
     Column at;

@@ -7,6 +7,7 @@
 
 #include "box_world.h"
 #include "layers.h"
+#include "sparse_config.h"
 
 namespace tsg::places {
 namespace {
@@ -66,7 +67,7 @@ TEST(WalkableSpace, OneVoxelOfWallIsAWall) {
 TEST(VolumeSpace, ClearanceIsTheThreeDimensionalDistance) {
   BoxWorld world;
   world.addRoom(0, 0, 3, 3).add({-0.2, -0.2, 2.0}, {3.2, 3.2, 2.2});
-  PlacesConfig config;
+  PlacesConfig config = makeSparseConfig();
   config.free_space = FreeSpaceKind::kVolume;
   int num_free = 0;
   forEachFree(SeenWorld(world, kView, config), [&](const SpaceCell& cell, const auto& p) {
@@ -99,7 +100,7 @@ TEST(Voronoi, CellsKeepTheirDistanceFromObstacles) {
   forEachFree(SeenWorld(world, kView), [&](const SpaceCell& cell, const auto&) {
     if (!cell.is_voronoi) return;
     ++num_cells;
-    EXPECT_GE(static_cast<double>(cell.clearance_m), PlacesConfig{}.min_clearance_m);
+    EXPECT_GE(static_cast<double>(cell.clearance_m), makeSparseConfig().min_clearance_m);
   });
   EXPECT_GT(num_cells, 50);
 }

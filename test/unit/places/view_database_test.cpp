@@ -8,6 +8,7 @@
 #include <random>
 
 #include "box_world.h"
+#include "sparse_config.h"
 #include "task_scene_graph/places/place_extractor.h"
 
 namespace tsg::places {
@@ -149,7 +150,7 @@ struct TwoRooms {
 
 TEST(PlaceFeatures, WallHidesThePlacesBehindIt) {
   const TwoRooms rooms;
-  PlaceExtractor extractor{PlacesConfig{}};
+  PlaceExtractor extractor{makeSparseConfig()};
   extractor.update(rooms.volume, rooms.blocks, Stamp{1});
   // From the left room's corner the view goes against the wall, away from the door.
   const RgbdFrame frame = render(rooms.world, lookAlong({0.6, 3.4, 1.2}, -0.1));
@@ -211,7 +212,7 @@ TEST_P(WeightedFeatures, EqualThoseOfAllViewsAtOnceWhateverCameFirst) {
   std::uniform_real_distribution<double> x_m(0.5, 3.5);
   std::uniform_real_distribution<double> yaw_rad(-3.1, 3.1);
   std::normal_distribution<float> normal;
-  PlacesConfig config;
+  PlacesConfig config = makeSparseConfig();
   config.view_weighting = GetParam();
   PlaceExtractor places_first{config};
   places_first.update(rooms.volume, rooms.blocks, Stamp{1});
@@ -273,7 +274,7 @@ TEST(PlaceFeatures, BelongToTheirOwnRoomIfViewsCountBySolidAngle) {
 
 TEST(PlaceFeatures, UnusableViewsAreIgnoredAndCounted) {
   const TwoRooms rooms;
-  PlaceExtractor extractor{PlacesConfig{}};
+  PlaceExtractor extractor{makeSparseConfig()};
   const RgbdFrame good = render(rooms.world, lookAlong({2, 2, 1.2}, 0.0));
   extractor.addView(good, makeEmbedding(1, 0));
   extractor.addView(good, Embedding());

@@ -8,6 +8,7 @@
 #include "box_world.h"
 #include "layers.h"
 #include "places/way_map.h"
+#include "sparse_config.h"
 
 namespace tsg::places {
 namespace {
@@ -22,7 +23,7 @@ constexpr double kCameraHeight_m = 1.3;
 struct Walked {
   explicit Walked(const BoxWorld& world, const std::vector<CameraPose>& poses,
                   const std::function<bool(const Eigen::Vector3d&)>& is_seen = {},
-                  const PlacesConfig& config = {})
+                  const PlacesConfig& config = makeSparseConfig())
       : extractor(config) {
     const auto blocks =
         test::observe(world, makeAabb({-1, -1, -0.5}, {14, 8, 4.5}), volume, is_seen);
@@ -121,7 +122,7 @@ TEST(Way, NeedsPosesThatFollowOneAnother) {
   EXPECT_EQ(Walked(makeRooms(), poses, isOutsideTheGap).numParts(), 2U);
   poses = kThroughTheDoor;
   for (std::size_t i = 30; i < poses.size(); ++i) poses[i].stamp.ns += 60000000000;
-  PlacesConfig config;
+  PlacesConfig config = makeSparseConfig();
   EXPECT_EQ(Walked(makeRooms(), poses, isOutsideTheGap, config).numParts(), 1U);
   config.max_way_gap_m = 0.0;
   EXPECT_EQ(Walked(makeRooms(), kThroughTheDoor, isOutsideTheGap, config).numParts(), 2U);
@@ -149,13 +150,13 @@ TEST(Way, HeightOfTheCameraIsThatAboveTheFloorAround) {
   VoxelMap voxels;
   const auto blocks = test::observe(world, makeAabb({-1, -1, -0.5}, {9, 5, 2.4}), volume);
   const auto changed = voxels.copyBlocks(volume, blocks);
-  PlaceLayers layers{PlacesConfig{}};
+  PlaceLayers layers{makeSparseConfig()};
   EXPECT_FALSE(layers.way().cameraHeight());
   for (const CameraPose& pose : kThroughTheDoor) layers.addPose(pose);
   layers.update(voxels, {changed.begin(), changed.end()});
   ASSERT_TRUE(layers.way().cameraHeight());
   EXPECT_NEAR(*layers.way().cameraHeight(), kCameraHeight_m, 0.05);
-  PlacesConfig config;
+  PlacesConfig config = makeSparseConfig();
   config.camera_height_m = 0.7;
   EXPECT_EQ(PlaceLayers(config).way().cameraHeight(), 0.7);
 }
