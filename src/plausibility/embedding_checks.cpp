@@ -9,6 +9,7 @@ namespace {
 
 constexpr std::size_t kMinThings = 5;
 constexpr std::size_t kMinThingsForAll = 20;
+constexpr std::size_t kPlacesAlike = 4;  // in a square metre
 constexpr double kFarAbove = 0.15;
 constexpr std::uint64_t kMinOverlaps = 100;
 constexpr double kMaxRefusedShare = 0.5;
@@ -68,7 +69,8 @@ CosineContext makeObjectContext(const scene_graph::SceneGraph& graph) {
 }
 
 CosineContext makePlaceContext(const scene_graph::SceneGraph& graph) {
-  CosineContext context{"place", "place_alpha", graph.config.place_alpha, graph.place_tasks, 0};
+  CosineContext context{"place", "place_alpha", graph.config.place_alpha, graph.place_tasks,
+                        0,       kPlacesAlike};
   for (const auto& region : graph.regions) context.num_served += region.task_index >= 0 ? 1 : 0;
   return context;
 }
@@ -78,11 +80,12 @@ std::optional<Finding> checkCosines(const scene_graph::CosineSummary& cosines,
   if (context.tasks.empty()) {
     return describeNoTasks(cosines, context);
   }
-  if (cosines.count < kMinThings) return std::nullopt;
+  const std::size_t count = cosines.count / context.things_alike;
+  if (count < kMinThings) return std::nullopt;
   Finding finding;
   if (context.num_served == 0 && cosines.highest < context.alpha) {
     finding = describeTooLow(cosines, context);
-  } else if (cosines.count >= kMinThingsForAll && cosines.lowest > context.alpha + kFarAbove) {
+  } else if (count >= kMinThingsForAll && cosines.lowest > context.alpha + kFarAbove) {
     finding = describeTooHigh(cosines, context);
   } else {
     return std::nullopt;

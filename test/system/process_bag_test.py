@@ -126,7 +126,7 @@ class ProcessBag(unittest.TestCase):
         counts = json.loads((output / "summary.json").read_text())["counts"]
         line = done.stdout.splitlines()[-1]
         self.assertTrue(line.startswith(f"wrote {output}: scene_graph.json ({counts['objects']} object"), line)
-        self.assertRegex(line, r"mesh\.ply \(\d+ vertices\), settings\.yaml, timing\.json$")
+        self.assertRegex(line, r"mesh\.ply \(\d+ vertices\), settings\.yaml, (floor_\d\.\w+( \([^)]*\))?, )*timing\.json$")
         for path in output.iterdir():
             self.assertIn(path.name, line)
 

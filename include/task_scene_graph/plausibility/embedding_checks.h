@@ -20,13 +20,14 @@ struct CosineContext {
   double alpha = 0.23;                     ///< its value
   std::vector<std::string> tasks;          ///< their names
   std::size_t num_served = 0;              ///< objects, or regions with a name
+  std::size_t things_alike = 1;            ///< so many stand close together and look alike
 };
 
 /// Of the objects and of the regions of a graph.
 CosineContext makeObjectContext(const scene_graph::SceneGraph& graph);
 CosineContext makePlaceContext(const scene_graph::SceneGraph& graph);
 
-/// Cosines beside alpha, from 5 things with an embedding on:
+/// Cosines beside alpha, from 5 things with an embedding on (things_alike times as many):
 /// - "no tasks": the list is empty;
 /// - "cosines" / "place cosines": nothing is served and the highest cosine is below alpha; or (from
 ///   20 on) the lowest is above alpha by 0.15, so that nothing is ever irrelevant.
