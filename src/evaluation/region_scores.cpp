@@ -3,13 +3,14 @@
 
 #include <algorithm>
 
+#include "task_scene_graph/core/find_by_id.h"
+
 namespace tsg::evaluation {
 namespace {
 
 const Place* findPlace(const PlaceGraph& graph, PlaceId id) {
-  const auto found = std::lower_bound(graph.places.begin(), graph.places.end(), id,
-                                      [](const Place& place, PlaceId x) { return place.id < x; });
-  return found != graph.places.end() && found->id == id ? &*found : nullptr;
+  const auto found = findById(graph.places, id, [](const Place& place) { return place.id; });
+  return found != graph.places.end() ? &*found : nullptr;
 }
 
 bool isFreeSpaceOf(const Place& place, const Eigen::Vector3d& sample_m, PlaceShape shape) {

@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "task_scene_graph/core/find_by_id.h"
+
 namespace tsg::map {
 namespace {
 
@@ -13,14 +15,6 @@ using mapping::BlockMesh;
 using mapping::GridIndex;
 using scene_graph::ObjectCluster;
 using scene_graph::RegionCluster;
-
-/// The element of an ascending list whose `idOf` is `id`; the list's end if there is none.
-template <typename List, typename Id, typename IdOf>
-typename List::const_iterator findById(const List& list, Id id, const IdOf& idOf) {
-  const auto found = std::lower_bound(list.begin(), list.end(), id,
-                                      [&](const auto& x, Id y) { return idOf(x) < y; });
-  return found != list.end() && idOf(*found) == id ? found : list.end();
-}
 
 PrimitiveId idOf(const ObjectPrimitivePtr& primitive) { return primitive->id; }
 

@@ -2,13 +2,10 @@
 #include "task_scene_graph/places/dense_grid.h"
 
 #include <limits>
-#include <sstream>
-#include <stdexcept>
 
 namespace tsg::places {
 namespace {
 
-constexpr double kMaxCells = 1e8;
 constexpr std::int32_t kFar = std::numeric_limits<std::int32_t>::max();
 
 /// One-dimensional transform of a line of cells: lower envelope of the parabolas
@@ -78,16 +75,6 @@ void transformAxis(const GridExtent& extent, int axis, NearestField& field) {
 }
 
 }  // namespace
-
-void requireBounded(const GridExtent& extent, double voxel_size_m) {
-  if (extent.size.cast<double>().prod() <= kMaxCells) return;
-  const Eigen::Vector3d size_m = extent.size.cast<double>() * voxel_size_m;
-  std::ostringstream message;
-  message << "places: connected free space spans " << size_m.x() << " x " << size_m.y() << " x "
-          << size_m.z() << " m, more than " << kMaxCells << " voxels of " << voxel_size_m
-          << " m; larger voxels (free_space/tsdf/voxel_size_m) make it fit";
-  throw std::length_error(message.str());
-}
 
 NearestField computeNearestField(const GridExtent& extent, const std::vector<char>& is_source,
                                  double max_cells) {

@@ -6,13 +6,13 @@
 namespace tsg::places {
 namespace {
 
-int divideFloor(int value, int divisor) {
-  return value >= 0 ? value / divisor : -((divisor - 1 - value) / divisor);
-}
-
 bool isSame(float a, float b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
 }  // namespace
+
+int divideFloor(int value, int divisor) {
+  return value >= 0 ? value / divisor : -((divisor - 1 - value) / divisor);
+}
 
 bool operator==(const PlanCell& a, const PlanCell& b) {
   return a.state == b.state && isSame(a.floor_m, b.floor_m) && isSame(a.clearance_m, b.clearance_m);

@@ -6,6 +6,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "task_scene_graph/places/ground_plan.h"
+
 namespace tsg::places {
 namespace {
 
@@ -87,8 +89,7 @@ std::vector<std::vector<VoxelMap::ColumnIndex>> splitIntoIslands(
   // Columns within reach lie in the same cell of this size or in cells that touch.
   const int side = std::max(8, reach_blocks);
   const auto toCell = [&](const VoxelMap::ColumnIndex& column) {
-    const auto divide = [&](int value) { return (value - (value < 0 ? side - 1 : 0)) / side; };
-    return VoxelMap::ColumnIndex(divide(column.first), divide(column.second));
+    return VoxelMap::ColumnIndex(divideFloor(column.first, side), divideFloor(column.second, side));
   };
   constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
   std::map<VoxelMap::ColumnIndex, std::size_t> island_of_cell;

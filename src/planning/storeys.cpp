@@ -11,6 +11,7 @@
 namespace tsg::planning {
 namespace {
 
+using places::divideFloor;
 using places::GroundPlan;
 using places::PlanCell;
 using Index = GroundPlan::Index;
@@ -22,10 +23,6 @@ constexpr double kBin_m = 0.1;
 constexpr int kWindow = 3;
 /// Grids begin and end at multiples of so many tiles.
 constexpr int kBlockTiles = 8;
-
-int divideFloor(int value, int divisor) {
-  return value >= 0 ? value / divisor : -((divisor - 1 - value) / divisor);
-}
 
 std::int8_t toOccupancy(PlanCell::State state) {
   switch (state) {

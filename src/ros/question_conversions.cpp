@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "task_scene_graph/ros/question_conversions.h"
 
-#include <algorithm>
 #include <map>
 
+#include "task_scene_graph/core/find_by_id.h"
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/message_conversions.h"
 
@@ -26,9 +26,8 @@ class Names {
 
   const ObjectPrimitive* findPrimitive(PrimitiveId id) const {
     const auto found =
-        std::lower_bound(graph_.primitives.begin(), graph_.primitives.end(), id,
-                         [](const auto& primitive, PrimitiveId x) { return primitive->id < x; });
-    return found != graph_.primitives.end() && (*found)->id == id ? found->get() : nullptr;
+        findById(graph_.primitives, id, [](const auto& primitive) { return primitive->id; });
+    return found != graph_.primitives.end() ? found->get() : nullptr;
   }
 
   /// The primitive of an object that was seen largest.

@@ -7,12 +7,11 @@
 #include <queue>
 #include <tuple>
 
-#include "../places/union_find.h"
+#include "task_scene_graph/core/find_by_id.h"
+#include "union_find.h"
 
 namespace tsg::scene_graph {
 namespace {
-
-using places::UnionFind;
 
 constexpr std::size_t kNoRoom = static_cast<std::size_t>(-1);
 
@@ -24,8 +23,7 @@ struct Passage {
 };
 
 std::size_t findIndex(const PlaceGraph& graph, PlaceId id) {
-  const auto found = std::lower_bound(graph.places.begin(), graph.places.end(), id,
-                                      [](const Place& place, PlaceId x) { return place.id < x; });
+  const auto found = findById(graph.places, id, [](const Place& place) { return place.id; });
   return static_cast<std::size_t>(found - graph.places.begin());
 }
 

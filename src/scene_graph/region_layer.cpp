@@ -12,6 +12,7 @@
 #include "region_groups.h"
 #include "task_scene_graph/bottleneck/clustering.h"
 #include "task_scene_graph/config/config.h"
+#include "task_scene_graph/core/find_by_id.h"
 #include "task_scene_graph/scene_graph/clusters.h"
 #include "task_scene_graph/scene_graph/explanations.h"
 #include "task_scene_graph/scene_graph/geometric_rooms.h"
@@ -29,10 +30,8 @@ using PlaceKeys = std::pair<std::uint64_t, std::uint64_t>;
 /// The entry of a key in members sorted by key; null if it is not there.
 template <typename Member>
 const Member* findMember(const std::vector<Member>& members, std::uint64_t key) {
-  const auto found =
-      std::lower_bound(members.begin(), members.end(), key,
-                       [](const Member& member, std::uint64_t x) { return member.key < x; });
-  return found != members.end() && found->key == key ? &*found : nullptr;
+  const auto found = findById(members, key, [](const Member& member) { return member.key; });
+  return found != members.end() ? &*found : nullptr;
 }
 
 /// Whether clusters that share no task are never merged: with one task for each place and a

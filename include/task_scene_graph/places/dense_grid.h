@@ -39,10 +39,6 @@ struct GridExtent {
   }
 };
 
-/// Checks that a dense grid of the extent has at most 10^8 cells (about 30 bytes are taken for
-/// each). @throws std::length_error naming the size in metres.
-void requireBounded(const GridExtent& extent, double voxel_size_m);
-
 /// For every cell the nearest source: exact Euclidean distance transform (Felzenszwalb and
 /// Huttenlocher 2012), with the source itself.
 struct NearestField {

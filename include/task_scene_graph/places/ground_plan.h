@@ -65,6 +65,9 @@ class GroundPlan {
   std::map<Index, std::vector<TilePtr>> tiles_;
 };
 
+/// value / divisor, rounded down also below 0. Precondition: divisor > 0.
+int divideFloor(int value, int divisor);
+
 /// Tile that holds a cell, and the cell's place in it.
 GroundPlan::Index computeTile(const GroundPlan::Index& cell);
 std::size_t computeOffset(const GroundPlan::Index& cell);

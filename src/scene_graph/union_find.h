@@ -5,20 +5,13 @@
 #include <numeric>
 #include <vector>
 
-namespace tsg::places {
+namespace tsg::scene_graph {
 
 /// Disjoint sets whose roots the caller chooses.
 class UnionFind {
  public:
   explicit UnionFind(std::size_t size) : parent_(size) {
     std::iota(parent_.begin(), parent_.end(), std::size_t{0});
-  }
-
-  /// Adds sets of one item each.
-  void grow(std::size_t size) {
-    const std::size_t old_size = parent_.size();
-    parent_.resize(size);
-    std::iota(parent_.begin() + static_cast<std::ptrdiff_t>(old_size), parent_.end(), old_size);
   }
 
   std::size_t find(std::size_t item) {
@@ -32,4 +25,4 @@ class UnionFind {
   std::vector<std::size_t> parent_;
 };
 
-}  // namespace tsg::places
+}  // namespace tsg::scene_graph
