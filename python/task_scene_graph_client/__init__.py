@@ -78,6 +78,11 @@ class SceneGraphClient:
         """What the task looks for stays."""
         return self._change(ChangeTasksRequest.RENAME, [name], for_places, [new_name])
 
+    def reload_tasks(self):
+        """Those of the task files again. Returns those in force."""
+        self._call("reload_tasks", Trigger)
+        return self.tasks()
+
     def explain(self, what, first, second=0):
         """Why things are clustered as they are, in words; what: ExplainRequest.OBJECT, ..."""
         return self._call("explain", Explain, ExplainRequest(what=what, a=first, b=second)).message

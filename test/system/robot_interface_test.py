@@ -86,6 +86,13 @@ class RobotInterface(unittest.TestCase):
         removed = self.rosrun("tasks", "remove", "water the plant")
         self.assertNotIn("plant", removed.stdout)
 
+    def test_reload_brings_back_the_tasks_of_the_file(self):
+        self.assertIn("chair", self.rosrun("tasks", "set", "chair").stdout)
+        reloaded = self.rosrun("tasks", "reload")
+        self.assertEqual(reloaded.returncode, 0, reloaded.stderr)
+        self.assertRegex(reloaded.stdout, r"mug: 1 object\n +\d+  book: 1 object\n")
+        self.assertNotIn("chair", reloaded.stdout)
+
     def test_what_cannot_be_done_is_said(self):
         refused = self.rosrun("tasks", "add", "mug")
         self.assertEqual(refused.returncode, 2)
