@@ -56,6 +56,7 @@ Mesh filterTriangles(const Mesh& mesh, const Keep& keep) {
 BackgroundMap::BackgroundMap(const BackgroundConfig& config)
     : config_(config), integrator_(config.tsdf), volume_(config.tsdf.voxel_size_m) {
   config::validate(config, "background map");
+  if (config.tsdf.carve_free_space && !config.with_mesh) thin_.emplace(config.tsdf);
 }
 
 IntegrationResult BackgroundMap::integrate(const RgbdFrame& frame) {
@@ -63,6 +64,10 @@ IntegrationResult BackgroundMap::integrate(const RgbdFrame& frame) {
   countFrame(frame, result.status);
   for (const auto& block : result.observed_blocks) last_seen_s_[block] = clock_s_;
   dirty_.insert(result.changed_blocks.begin(), result.changed_blocks.end());
+  if (thin_ && result.status == IntegrationStatus::kIntegrated) {
+    const auto changed = thin_->add(frame, volume_, result.observed_blocks);
+    dirty_.insert(changed.begin(), changed.end());
+  }
   if (config_.archive_blocks && clock_s_ - archived_at_s_ >= kArchivePeriod_s) {
     archived_at_s_ = clock_s_;
     result.archived_blocks = findBlocksToArchive(frame.T_world_camera.translation());
@@ -116,6 +121,7 @@ void BackgroundMap::archive(const std::vector<GridIndex>& blocks) {
   for (const auto& block : blocks) {
     if (volume_.findBlock(block) == nullptr) continue;
     volume_.removeBlock(block);
+    if (thin_) thin_->erase(block);
     last_seen_s_.erase(block);
     ++counters_.blocks_archived;
   }
@@ -221,7 +227,11 @@ Mesh BackgroundMap::extractMesh() const {
 TsdfVolume BackgroundMap::takeChangedBlocks() {
   TsdfVolume changed(volume_.voxelSize());
   for (const auto& index : dirty_) {
-    if (const TsdfBlock* block = volume_.findBlock(index)) changed.allocateBlock(index) = *block;
+    const TsdfBlock* block = volume_.findBlock(index);
+    if (block == nullptr) continue;
+    TsdfBlock& copy = changed.allocateBlock(index);
+    copy = *block;
+    if (thin_) thin_->mark(volume_, copy);
   }
   dirty_.clear();
   return changed;

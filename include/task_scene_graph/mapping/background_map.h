@@ -10,6 +10,7 @@
 #include "task_scene_graph/core/mesh.h"
 #include "task_scene_graph/mapping/mesh_archive.h"
 #include "task_scene_graph/mapping/mesh_table.h"
+#include "task_scene_graph/mapping/thin_surfaces.h"
 #include "task_scene_graph/mapping/tsdf_integrator.h"
 
 namespace tsg::mapping {
@@ -94,7 +95,8 @@ class BackgroundMap {
   Mesh extractMesh() const;
 
   /// Of a map without a mesh: copies of the blocks that changed since the last call and are still
-  /// there. O(changed blocks).
+  /// there. With `carve_free_space`, voxels of surfaces too thin for the TSDF have distance 0 there
+  /// (ThinSurfaces). O(changed blocks).
   TsdfVolume takeChangedBlocks();
 
   /// Drops the voxels of these blocks now; the mesh stays as it is. When such a place is seen
@@ -124,6 +126,7 @@ class BackgroundMap {
   BackgroundConfig config_;
   TsdfIntegrator integrator_;
   TsdfVolume volume_;
+  std::optional<ThinSurfaces> thin_;  ///< of carved free space
   BackgroundCounters counters_;
   std::optional<Stamp> newest_;
   Stamp previous_;      ///< stamp of the frame before; less than newest_ after a jump back
