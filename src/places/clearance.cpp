@@ -30,11 +30,11 @@ struct Slab {
   }
 };
 
-/// Smallest distance between two tiles, edge to edge, in tiles.
-double computeGapTiles(const TileIndex& a, const TileIndex& b) {
+/// Smallest distance between two tiles, edge to edge, in tiles; squared.
+int computeSquaredGap(const TileIndex& a, const TileIndex& b) {
   const int dx = std::max(0, std::abs(a.first - b.first) - 1);
   const int dy = std::max(0, std::abs(a.second - b.second) - 1);
-  return std::hypot(dx, dy);
+  return dx * dx + dy * dy;
 }
 
 }  // namespace
@@ -159,11 +159,18 @@ TileSet SpaceMap::findAffected(const TileSet& changed) const {
   TileSet affected;
   for (const TileIndex& index : changed) {
     if (find(index) != nullptr) affected.insert(index);
-    for (int x = index.first - rings; x <= index.first + rings; ++x) {
-      for (int y = index.second - rings; y <= index.second + rings; ++y) {
+  }
+  for (const TileBox& box : coverByBoxes(changed)) {
+    for (int x = box.min.first - rings; x <= box.max.first + rings; ++x) {
+      for (int y = box.min.second - rings; y <= box.max.second + rings; ++y) {
         const SpaceTile* tile = find({x, y});
-        if (tile == nullptr || tile->reach_m < computeGapTiles(index, {x, y}) * tile_m) continue;
-        affected.insert({x, y});
+        if (tile == nullptr || tile->reach_m < 0.0) continue;
+        const double reach_tiles = tile->reach_m / tile_m;
+        const bool is_reached =
+            std::any_of(box.tiles.begin(), box.tiles.end(), [&](const TileIndex& index) {
+              return computeSquaredGap(index, {x, y}) <= reach_tiles * reach_tiles;
+            });
+        if (is_reached) affected.insert({x, y});
       }
     }
   }

@@ -30,6 +30,23 @@ VoxelRange computeRange(double min_m, double max_m, double voxel_size_m) {
           static_cast<int>(std::floor(max_m / voxel_size_m - 0.5))};
 }
 
+/// Calls `visit(distance_m)` for the voxels of a column, from below, as far as there are blocks,
+/// until it returns false.
+template <typename Visit>
+void forEachBetween(const TileVoxels& voxels, int offset, const VoxelRange& range, Visit visit) {
+  if (voxels.blocks == nullptr) return;
+  const auto& blocks = *voxels.blocks;
+  for (auto block = blocks.lower_bound(range.first >> 3); block != blocks.end(); ++block) {
+    const int base = block->first * mapping::kBlockSide;
+    if (base > range.last) return;
+    const int last = std::min(range.last, base + mapping::kBlockSide - 1);
+    for (int z = std::max(range.first, base); z <= last; ++z) {
+      if (!visit((*block->second)[static_cast<std::size_t>(offset + kTileColumns * (z - base))]))
+        return;
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<float> findGround(const VoxelMap::Column& column, double voxel_size_m,
@@ -56,20 +73,26 @@ std::vector<float> findGround(const VoxelMap::Column& column, double voxel_size_
   return heights_m;
 }
 
-float findSolid(const VoxelMap& voxels, const Column& column, double min_m, double max_m) {
-  const VoxelRange range = computeRange(min_m, max_m, voxels.voxelSize());
+TileVoxels::TileVoxels(const VoxelMap& voxels, const TileIndex& tile)
+    : voxel_size_m(voxels.voxelSize()) {
+  const auto found = voxels.columns().find(tile);
+  if (found != voxels.columns().end()) blocks = &found->second;
+}
+
+float findSolid(const TileVoxels& voxels, int offset, double min_m, double max_m) {
   float found = kNotObserved;
-  voxels.forEachInColumn(column.x, column.y, range.first, range.last, [&](int, float distance_m) {
-    if (isSolid(distance_m) && !(found >= distance_m)) found = distance_m;
-    return true;
-  });
+  forEachBetween(voxels, offset, computeRange(min_m, max_m, voxels.voxel_size_m),
+                 [&](float distance_m) {
+                   if (isSolid(distance_m) && !(found >= distance_m)) found = distance_m;
+                   return true;
+                 });
   return found;
 }
 
-bool isFreeBetween(const VoxelMap& voxels, const Column& column, double min_m, double max_m) {
-  const VoxelRange range = computeRange(min_m, max_m, voxels.voxelSize());
+bool isFreeBetween(const TileVoxels& voxels, int offset, double min_m, double max_m) {
+  const VoxelRange range = computeRange(min_m, max_m, voxels.voxel_size_m);
   int num_free = 0;
-  voxels.forEachInColumn(column.x, column.y, range.first, range.last, [&](int, float distance_m) {
+  forEachBetween(voxels, offset, range, [&](float distance_m) {
     if (!isFree(distance_m)) return false;
     ++num_free;
     return true;
@@ -85,7 +108,9 @@ void FloorMap::readGround(const VoxelMap& voxels, const TileSet& changed) {
     voxels.forEachRun(index, [&](int offset, const VoxelMap::Column& column) {
       const auto found_m = findGround(column, voxel_size_m_, config_.body_height_m);
       auto& ground_m = tile.ground_m[static_cast<std::size_t>(offset)];
-      ground_m.insert(ground_m.end(), found_m.begin(), found_m.end());
+      for (const float height_m : found_m) {
+        ground_m.push_back(roundToStep(height_m, voxel_size_m_));
+      }
     });
   }
 }
@@ -157,6 +182,7 @@ bool FloorMap::makeNodes(const VoxelMap& voxels, const WayMap& way, const TileIn
 void FloorMap::addWay(const VoxelMap& voxels, const WayMap& way, const TileIndex& index,
                       std::vector<GroundNode>& nodes) const {
   const std::size_t num_observed = nodes.size();
+  const TileVoxels tile_voxels(voxels, index);
   for (const WayCell& cell : way.cellsAt(index)) {
     GroundNode* nearest = nullptr;
     for (std::size_t i = 0; i < num_observed; ++i) {
@@ -171,26 +197,26 @@ void FloorMap::addWay(const VoxelMap& voxels, const WayMap& way, const TileIndex
       nearest->is_axis = nearest->is_axis || cell.is_axis;
       continue;
     }
-    const float solid_m =
-        findSolid(voxels, computeColumn(index, cell.offset), cell.level_m + config_.max_step_m,
-                  cell.level_m + config_.body_height_m);
+    const float solid_m = findSolid(tile_voxels, cell.offset, cell.level_m + config_.max_step_m,
+                                    cell.level_m + config_.body_height_m);
     if (!cell.is_axis && isSolid(solid_m)) continue;
     nodes.push_back({cell.offset, static_cast<float>(cell.level_m), true, cell.is_axis, -1});
   }
 }
 
 /// True if a column beside it has ground below and none that a step would reach.
-bool FloorMap::isCliffEdge(const Column& column, float height_m) const {
+bool FloorMap::isCliffEdge(const TilesAround<Tile>& around, const Column& column,
+                           float height_m) const {
   const auto max_step_m = static_cast<float>(config_.max_step_m);
   for (int i = 0; i < 9; ++i) {
     const Column beside{column.x + i % 3 - 1, column.y + i / 3 - 1};
-    const auto found = tiles_.find(computeTile(beside));
-    if (found == tiles_.end()) continue;
+    const Tile* tile = around.find(beside);
+    if (tile == nullptr) continue;
     const auto offset = static_cast<std::size_t>(computeOffset(beside));
     bool has_lower = false;
     bool has_level = false;
-    for (int n = found->second.begin[offset]; n < found->second.begin[offset + 1]; ++n) {
-      const float rise_m = found->second.nodes[static_cast<std::size_t>(n)].height_m - height_m;
+    for (int n = tile->begin[offset]; n < tile->begin[offset + 1]; ++n) {
+      const float rise_m = tile->nodes[static_cast<std::size_t>(n)].height_m - height_m;
       has_level = has_level || std::abs(rise_m) <= max_step_m;
       has_lower = has_lower || rise_m < -max_step_m;
     }
@@ -200,14 +226,15 @@ bool FloorMap::isCliffEdge(const Column& column, float height_m) const {
 }
 
 /// True if the ground falls to one side and rises to the other as no stairs do.
-bool FloorMap::isSteep(const Column& column, float height_m) const {
+bool FloorMap::isSteep(const TilesAround<Tile>& around, const Column& column,
+                       float height_m) const {
   const auto max_step_m = static_cast<float>(config_.max_step_m);
   const auto findRise = [&](const Column& beside, float& rise_m) {
-    const auto found = tiles_.find(computeTile(beside));
-    if (found == tiles_.end()) return false;
+    const Tile* tile = around.find(beside);
+    if (tile == nullptr) return false;
     const auto offset = static_cast<std::size_t>(computeOffset(beside));
-    for (int n = found->second.begin[offset]; n < found->second.begin[offset + 1]; ++n) {
-      rise_m = found->second.nodes[static_cast<std::size_t>(n)].height_m - height_m;
+    for (int n = tile->begin[offset]; n < tile->begin[offset + 1]; ++n) {
+      rise_m = tile->nodes[static_cast<std::size_t>(n)].height_m - height_m;
       if (std::abs(rise_m) <= max_step_m) return true;
     }
     return false;
@@ -226,12 +253,13 @@ bool FloorMap::isSteep(const Column& column, float height_m) const {
 /// @returns whether the patches differ from before
 bool FloorMap::makePatches(const TileIndex& index) {
   Tile& tile = tiles_.at(index);
+  const TilesAround<Tile> around(tiles_, index);
   std::vector<int> before;
   for (GroundNode& node : tile.nodes) {
     before.push_back(node.patch);
     const Column column = computeColumn(index, node.offset);
-    const bool is_ground =
-        node.is_walked || (!isCliffEdge(column, node.height_m) && !isSteep(column, node.height_m));
+    const bool is_ground = node.is_walked || (!isCliffEdge(around, column, node.height_m) &&
+                                              !isSteep(around, column, node.height_m));
     node.patch = is_ground ? -2 : -1;
   }
   const std::vector<Patch> old = std::move(tile.patches);
@@ -318,10 +346,11 @@ bool FloorMap::computeIsSure(const PatchRef& seed, const std::map<PatchRef, bool
   double num_nodes = 0.0;
   bool is_sure = false;
   for (std::size_t i = 0; i < seen.size() && !is_sure; ++i) {
-    const Patch& patch = patchAt(seen[i]);
+    const PatchRef ref = seen[i];  // a copy: the list grows while its neighbours are looked at
+    const Patch& patch = patchAt(ref);
     num_nodes += patch.num_nodes;
     is_sure = patch.is_walked || num_nodes >= min_nodes;
-    forEachNeighbour(seen[i], [&](const PatchRef& next) {
+    forEachNeighbour(ref, [&](const PatchRef& next) {
       const auto known = decided.find(next);
       if (known != decided.end()) is_sure = is_sure || known->second;
       if (is_seen.insert(next).second) seen.push_back(next);
@@ -399,7 +428,8 @@ std::vector<FloorMap::PatchRef> FloorMap::collectComponent(const PatchRef& seed)
   std::vector<PatchRef> component{seed};
   std::set<PatchRef> is_seen{seed};
   for (std::size_t i = 0; i < component.size(); ++i) {
-    forEachNeighbour(component[i], [&](const PatchRef& next) {
+    const PatchRef ref = component[i];  // a copy, as above
+    forEachNeighbour(ref, [&](const PatchRef& next) {
       if (is_seen.insert(next).second) component.push_back(next);
     });
   }
@@ -426,20 +456,25 @@ bool FloorMap::computeIsFloor(const std::vector<PatchRef>& component) const {
 
 FloorMap::Beside FloorMap::lookBeside(const Column& column, float height_m, int reach) const {
   Beside beside;
+  TileIndex last = computeTile(column);
+  auto tile = tiles_.find(last);
   for (const auto& [dx, dy] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
     bool is_level = false;
     for (int length = 1; length <= reach && !is_level; ++length) {
-      lookAt({column.x + length * dx, column.y + length * dy}, height_m, beside, is_level);
+      const Column at{column.x + length * dx, column.y + length * dy};
+      if (computeTile(at) != last) {
+        last = computeTile(at);
+        tile = tiles_.find(last);
+      }
+      if (tile != tiles_.end()) lookAt(tile->second, at, height_m, beside, is_level);
     }
   }
   return beside;
 }
 
 /// @param is_level  set if there is ground a step away
-void FloorMap::lookAt(const Column& column, float height_m, Beside& beside, bool& is_level) const {
-  const auto found = tiles_.find(computeTile(column));
-  if (found == tiles_.end()) return;
-  const Tile& tile = found->second;
+void FloorMap::lookAt(const Tile& tile, const Column& column, float height_m, Beside& beside,
+                      bool& is_level) const {
   const auto offset = static_cast<std::size_t>(computeOffset(column));
   for (int n = tile.begin[offset]; n < tile.begin[offset + 1]; ++n) {
     const GroundNode& node = tile.nodes[static_cast<std::size_t>(n)];

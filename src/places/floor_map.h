@@ -29,9 +29,9 @@ struct GroundNode {
 /// floor = what has that area or is at most twice `max_floor_gap_m` beside sure floor, unless it
 /// looks down on sure floor from more of its edge than half the root of its area (as beds and
 /// tables do). Ground at the upper edge of a drop, or that rises by more than 1.25 steps over three
-/// columns, is no floor unless it was walked (noise at the edge of a cabinet can look like a ramp to
-/// its top). All are properties of the map alone, so the result of updates is that of a computation
-/// from scratch.
+/// columns, is no floor unless it was walked (noise at the edge of a cabinet can look like a ramp
+/// to its top). All are properties of the map alone, so the result of updates is that of a
+/// computation from scratch.
 class FloorMap {
  public:
   explicit FloorMap(const PlacesConfig& config) : config_(config) {}
@@ -83,8 +83,8 @@ class FloorMap {
   bool makeNodes(const VoxelMap& voxels, const WayMap& way, const TileIndex& index);
   void addWay(const VoxelMap& voxels, const WayMap& way, const TileIndex& index,
               std::vector<GroundNode>& nodes) const;
-  bool isCliffEdge(const Column& column, float height_m) const;
-  bool isSteep(const Column& column, float height_m) const;
+  bool isCliffEdge(const TilesAround<Tile>& around, const Column& column, float height_m) const;
+  bool isSteep(const TilesAround<Tile>& around, const Column& column, float height_m) const;
   bool makePatches(const TileIndex& index);
   void spreadPatch(Tile& tile, std::size_t seed) const;
   /// Calls `visit(tile, node)` for the nodes of a column that a step reaches.
@@ -107,7 +107,8 @@ class FloorMap {
     bool is_lower = false;  ///< sure floor, farther below
   };
   Beside lookBeside(const Column& column, float height_m, int reach) const;
-  void lookAt(const Column& column, float height_m, Beside& beside, bool& is_level) const;
+  void lookAt(const Tile& tile, const Column& column, float height_m, Beside& beside,
+              bool& is_level) const;
   int computeGap() const;
 
   Patch& patchAt(const PatchRef& ref) {
@@ -127,11 +128,19 @@ class FloorMap {
 std::vector<float> findGround(const VoxelMap::Column& column, double voxel_size_m,
                               double body_height_m);
 
+/// The blocks of a tile, which all of its columns are read from.
+struct TileVoxels {
+  const VoxelMap::BlockColumn* blocks = nullptr;  ///< null: nothing was observed
+  double voxel_size_m = 0.0;
+
+  TileVoxels(const VoxelMap& voxels, const TileIndex& tile);
+};
+
 /// Distance of the solid voxel nearest to its surface between two heights of a column; kNotObserved
-/// if there is none.
-float findSolid(const VoxelMap& voxels, const Column& column, double min_m, double max_m);
+/// if there is none. @param offset  of the column in the tile
+float findSolid(const TileVoxels& voxels, int offset, double min_m, double max_m);
 
 /// True if every voxel of the column whose centre lies between two heights was observed free.
-bool isFreeBetween(const VoxelMap& voxels, const Column& column, double min_m, double max_m);
+bool isFreeBetween(const TileVoxels& voxels, int offset, double min_m, double max_m);
 
 }  // namespace tsg::places

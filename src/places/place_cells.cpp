@@ -73,17 +73,23 @@ const std::vector<PlaceSeed>& PlaceCells::placesAt(const GridIndex& coarse) cons
   return found == cells_.end() ? kNone : found->second.all;
 }
 
+/// Along one axis after the other.
 CoarseSet PlaceCells::widen(const CoarseSet& cells, int rings) const {
-  CoarseSet result;
-  const int rings_z = isPlan() ? 0 : rings;
-  for (const GridIndex& at : cells) {
-    for (int z = -rings_z; z <= rings_z; ++z) {
-      for (int y = -rings; y <= rings; ++y) {
-        for (int x = -rings; x <= rings; ++x) result.insert(at + GridIndex(x, y, z));
+  std::vector<GridIndex> wide(cells.begin(), cells.end());
+  for (int axis = 0; axis < (isPlan() ? 2 : 3); ++axis) {
+    std::vector<GridIndex> next;
+    next.reserve(wide.size() * static_cast<std::size_t>(2 * rings + 1));
+    for (const GridIndex& at : wide) {
+      for (int step = -rings; step <= rings; ++step) {
+        next.push_back(at);
+        next.back()[axis] += step;
       }
     }
+    std::sort(next.begin(), next.end(), CellOrder{});
+    next.erase(std::unique(next.begin(), next.end()), next.end());
+    wide = std::move(next);
   }
-  return result;
+  return {wide.begin(), wide.end()};
 }
 
 CoarseSet PlaceCells::findCoarse(const SpaceMap& space, const TileSet& tiles) const {
@@ -156,22 +162,26 @@ std::vector<PlaceCells::Candidate> PlaceCells::collect(const SpaceMap& space,
                                                        const GridIndex& coarse) const {
   std::vector<Candidate> found;
   const double size_m = config_.cell_size_m;
-  const auto toColumn = [&](double p_m) { return floorDivide(p_m, space.voxelSize()); };
-  const TileIndex min =
-      computeTile(Column{toColumn(coarse.x() * size_m), toColumn(coarse.y() * size_m)});
-  const TileIndex max =
-      computeTile(Column{toColumn((coarse.x() + 1) * size_m), toColumn((coarse.y() + 1) * size_m)});
-  for (int y = min.second; y <= max.second; ++y) {
-    for (int x = min.first; x <= max.first; ++x) {
-      const SpaceTile* tile = space.find({x, y});
+  const double voxel_size_m = space.voxelSize();
+  const auto toColumn = [&](int edge) { return floorDivide(edge * size_m, voxel_size_m); };
+  TileIndex last;
+  const SpaceTile* tile = nullptr;
+  bool is_first = true;
+  for (int y = toColumn(coarse.y()); y <= toColumn(coarse.y() + 1); ++y) {
+    for (int x = toColumn(coarse.x()); x <= toColumn(coarse.x() + 1); ++x) {
+      const Column column{x, y};
+      if (is_first || computeTile(column) != last) {
+        last = computeTile(column);
+        tile = space.find(last);
+        is_first = false;
+      }
       if (tile == nullptr) continue;
-      for (const SpaceCell& cell : tile->cells) {
-        if (!cell.is_free) continue;
-        const Column column = computeColumn({x, y}, cell.offset);
-        const Eigen::Vector3d p_m((column.x + 0.5) * space.voxelSize(),
-                                  (column.y + 0.5) * space.voxelSize(),
+      const auto offset = static_cast<std::size_t>(computeOffset(column));
+      for (std::uint32_t i = tile->begin[offset]; i < tile->begin[offset + 1]; ++i) {
+        const SpaceCell& cell = tile->cells[i];
+        const Eigen::Vector3d p_m((x + 0.5) * voxel_size_m, (y + 0.5) * voxel_size_m,
                                   static_cast<double>(cell.level_m));
-        if (computeCoarse(p_m) == coarse) found.push_back({column, &cell, {}});
+        if (cell.is_free && computeCoarse(p_m) == coarse) found.push_back({column, &cell, {}});
       }
     }
   }
@@ -211,7 +221,8 @@ std::vector<PlaceSeed> PlaceCells::findOffers(const SpaceMap& space,
     std::vector<PlaceSeed> set{cells[first]};
     is_taken[first] = 1;
     for (std::size_t i = 0; i < set.size(); ++i) {
-      forEachBeside(space, set[i], [&](const SpaceCell* next) {
+      const PlaceSeed at = set[i];  // a copy: the set grows meanwhile
+      forEachBeside(space, at, [&](const SpaceCell* next) {
         const auto found = index_of.find(next);
         if (found == index_of.end() || is_taken[found->second] != 0) return;
         is_taken[found->second] = 1;

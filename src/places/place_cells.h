@@ -31,9 +31,10 @@ struct PlaceSeed {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
 };
 
-inline FreeLine followLine(const SpaceMap& space, const PlaceSeed& from, const PlaceSeed& to) {
+inline FreeLine followLine(const SpaceMap& space, const PlaceSeed& from, const PlaceSeed& to,
+                           double min_clearance_m = 0.0) {
   return followLine(space, from.cell, static_cast<double>(from.level_m), to.cell,
-                    static_cast<double>(to.level_m));
+                    static_cast<double>(to.level_m), min_clearance_m);
 }
 
 /// Chooses places among the cells of free space, coarse cell by coarse cell (squares, `volume`:
@@ -71,16 +72,20 @@ class PlaceCells {
 
   /// Places of a coarse cell, in a fixed order.
   const std::vector<PlaceSeed>& placesAt(const GridIndex& coarse) const;
-  /// Calls `visit(seed)` for all places at most `radius_m` from a point (of the coarse grid: more).
-  template <typename Visit>
-  void forEachNear(const Eigen::Vector3d& p_m, double radius_m, Visit visit) const {
+  /// Calls `visit(seed)` for all places at most `radius_m` from a point, in coarse cells for which
+  /// `is_wanted(coarse)` holds.
+  template <typename IsWanted, typename Visit>
+  void forEachNear(const Eigen::Vector3d& p_m, double radius_m, IsWanted is_wanted,
+                   Visit visit) const {
     const GridIndex middle = computeCoarse(p_m);
     const auto rings = static_cast<int>(std::ceil(radius_m / config_.cell_size_m));
     const int rings_z = isPlan() ? 0 : rings;
     for (int z = -rings_z; z <= rings_z; ++z) {
       for (int y = -rings; y <= rings; ++y) {
         for (int x = -rings; x <= rings; ++x) {
-          for (const PlaceSeed& seed : placesAt(middle + GridIndex(x, y, z))) {
+          const GridIndex coarse = middle + GridIndex(x, y, z);
+          if (!is_wanted(coarse)) continue;
+          for (const PlaceSeed& seed : placesAt(coarse)) {
             if ((seed.position_m - p_m).squaredNorm() <= radius_m * radius_m) visit(seed);
           }
         }

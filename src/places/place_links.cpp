@@ -20,9 +20,19 @@ bool sees(const std::vector<PlaceLinks::Link>& seen, const GridIndex& key,
   return true;
 }
 
+/// Whether two lists have the same places, whatever the clearance towards them.
+bool seesTheSame(const std::vector<PlaceLinks::Link>& a, const std::vector<PlaceLinks::Link>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const PlaceLinks::Link& left, const PlaceLinks::Link& right) {
+                      return left.to == right.to;
+                    });
+}
+
 /// The same for both directions.
-FreeLine followBetween(const SpaceMap& space, const PlaceSeed& a, const PlaceSeed& b) {
-  return CellOrder{}(a.cell, b.cell) ? followLine(space, a, b) : followLine(space, b, a);
+FreeLine followBetween(const SpaceMap& space, const PlaceSeed& a, const PlaceSeed& b,
+                       double min_clearance_m = 0.0) {
+  const bool is_first = CellOrder{}(a.cell, b.cell);
+  return followLine(space, is_first ? a : b, is_first ? b : a, min_clearance_m);
 }
 
 /// Calls `visit(column, cell)` for the free cells beside one, of each pair of neighbours once.
@@ -68,25 +78,99 @@ class PlaceLinks::Anchors {
   std::unordered_map<const SpaceCell*, const Node*> anchor_of_;
 };
 
+/// Which lines may have changed: those whose bounding box, in the plane, meets a changed coarse
+/// cell. Of each island of such cells the counts, summed from its corner.
+class PlaceLinks::ChangedArea {
+ public:
+  explicit ChangedArea(const CoarseSet& changed) {
+    TileSet columns;
+    for (const GridIndex& at : changed) columns.insert({at.x(), at.y()});
+    for (const auto& island : splitIntoIslands({columns.begin(), columns.end()}, kMinGap)) {
+      islands_.emplace_back(island);
+    }
+  }
+
+  /// @param a, b  coarse cells of a line's ends
+  bool meets(const GridIndex& a, const GridIndex& b) const {
+    const GridIndex low = a.cwiseMin(b);
+    const GridIndex high = a.cwiseMax(b);
+    return std::any_of(islands_.begin(), islands_.end(),
+                       [&](const Island& island) { return island.meets(low, high); });
+  }
+
+ private:
+  static constexpr int kMinGap = 64;        ///< coarse cells between islands
+  static constexpr double kMaxCells = 1e6;  ///< of larger boxes everything counts as changed
+
+  class Island {
+   public:
+    explicit Island(const std::vector<TileIndex>& columns)
+        : min_(columns.front()), max_(columns.front()) {
+      for (const auto& [x, y] : columns) {
+        min_ = {std::min(min_.first, x), std::min(min_.second, y)};
+        max_ = {std::max(max_.first, x), std::max(max_.second, y)};
+      }
+      const double num_cells = (max_.first - min_.first + 2.0) * (max_.second - min_.second + 2.0);
+      if (num_cells > kMaxCells) return;
+      sums_.assign(static_cast<std::size_t>(num_cells), 0);
+      for (const auto& [x, y] : columns) sums_[toLinear(x + 1, y + 1)] = 1;
+      for (int y = min_.second; y <= max_.second; ++y) {
+        for (int x = min_.first; x <= max_.first; ++x) {
+          sums_[toLinear(x + 1, y + 1)] +=
+              sums_[toLinear(x, y + 1)] + sums_[toLinear(x + 1, y)] - sums_[toLinear(x, y)];
+        }
+      }
+    }
+
+    bool meets(const GridIndex& low, const GridIndex& high) const {
+      const int x0 = std::max(low.x(), min_.first);
+      const int y0 = std::max(low.y(), min_.second);
+      const int x1 = std::min(high.x(), max_.first);
+      const int y1 = std::min(high.y(), max_.second);
+      if (x0 > x1 || y0 > y1) return false;
+      if (sums_.empty()) return true;
+      return sums_[toLinear(x1 + 1, y1 + 1)] - sums_[toLinear(x0, y1 + 1)] -
+                 sums_[toLinear(x1 + 1, y0)] + sums_[toLinear(x0, y0)] >
+             0;
+    }
+
+   private:
+    std::size_t toLinear(int x, int y) const {
+      return static_cast<std::size_t>(x - min_.first) +
+             static_cast<std::size_t>(max_.first - min_.first + 2) *
+                 static_cast<std::size_t>(y - min_.second);
+    }
+
+    TileIndex min_;
+    TileIndex max_;
+    std::vector<int> sums_;
+  };
+
+  std::vector<Island> islands_;
+};
+
 CellSet PlaceLinks::update(const SpaceMap& space, const PlaceCells& cells,
                            const CoarseSet& changed) {
+  ++num_updates_;
   CellSet touched;
-  const auto rings = static_cast<int>(std::ceil(config_.max_edge_m / config_.cell_size_m));
-  const CoarseSet around = cells.widen(changed, rings);
-  const TileSet tiles = findTiles(space, cells.widen(around, 1));
+  TileSet tiles = findTilesAround(space, cells, changed);
   removeWalks(tiles, touched);
   replaceNodes(cells, changed, touched);
-  CellSet keys;
-  for (const GridIndex& coarse : around) {
-    for (const PlaceSeed& seed : cells.placesAt(coarse)) keys.insert(seed.cell);
-  }
-  updateSeen(space, cells, keys);
-  CellSet with_links = keys;
-  for (const GridIndex& key : keys) {
-    for (const Link& link : nodes_.at(key).seen) with_links.insert(link.to);
-  }
-  updateLinks(with_links);
+  const CellSet others = updateSeen(space, cells, changed);
+  const CellSet with_links = updateLinks(others);
   touched.insert(with_links.begin(), with_links.end());
+
+  CoarseSet around_others;
+  for (const GridIndex& key : others) {
+    const auto node = nodes_.find(key);
+    if (node == nodes_.end()) continue;
+    around_others.insert(cells.computeCoarse(node->second.seed.position_m));
+  }
+  TileSet more;
+  for (const TileIndex& index : findTilesAround(space, cells, around_others)) {
+    if (tiles.insert(index).second) more.insert(index);
+  }
+  removeWalks(more, touched);
   std::vector<std::pair<TileIndex, Walk>> walks;
   Anchors anchors(*this, space, cells);
   for (const TileIndex& index : tiles) {
@@ -95,6 +179,16 @@ CellSet PlaceLinks::update(const SpaceMap& space, const PlaceCells& cells,
   for (auto& [index, walk] : walks) addWalk(index, std::move(walk), touched);
   updateKept(cells, touched);
   return touched;
+}
+
+/// Tiles with cells of traces that may belong to a place in these coarse cells, or be joined
+/// through their free space: within the distance at which a cell belongs to a place, and the next
+/// cell.
+TileSet PlaceLinks::findTilesAround(const SpaceMap& space, const PlaceCells& cells,
+                                    const CoarseSet& coarse) const {
+  const double reach_m = cells.spacing() + 3.0 * space.voxelSize();
+  const auto rings = static_cast<int>(std::ceil(reach_m / config_.cell_size_m));
+  return findTiles(space, cells.widen(coarse, rings));
 }
 
 /// Tiles that meet coarse cells.
@@ -173,48 +267,100 @@ void PlaceLinks::replaceNodes(const PlaceCells& cells, const CoarseSet& changed,
   }
 }
 
-void PlaceLinks::updateSeen(const SpaceMap& space, const PlaceCells& cells, const CellSet& keys) {
-  for (const GridIndex& key : keys) {
-    Node& node = nodes_.at(key);
-    std::vector<Link> seen;
-    cells.forEachNear(node.seed.position_m, config_.max_edge_m, [&](const PlaceSeed& other) {
-      if (other.cell == key) return;
-      const bool is_done = CellOrder{}(other.cell, key) && keys.count(other.cell) > 0;
-      if (is_done) {
-        const Link* link = nullptr;
-        if (sees(nodes_.at(other.cell).seen, key, link)) {
-          seen.push_back({other.cell, link->length_m, link->clearance_m});
-        }
-        return;
+/// @returns the places that see others than before
+CellSet PlaceLinks::updateSeen(const SpaceMap& space, const PlaceCells& cells,
+                               const CoarseSet& changed) {
+  const auto rings = static_cast<int>(std::ceil(config_.max_edge_m / config_.cell_size_m));
+  const ChangedArea area(changed);
+  CellSet others;
+  for (const GridIndex& coarse : cells.widen(changed, rings)) {
+    for (const PlaceSeed& seed : cells.placesAt(coarse)) {
+      Node& node = nodes_.at(seed.cell);
+      std::vector<Link> seen = computeSeen(space, cells, area, node);
+      node.seen_at = num_updates_;
+      if (!seesTheSame(node.seen, seen)) {
+        others.insert(seed.cell);
+        for (const Link& link : node.seen) others.insert(link.to);
       }
-      const FreeLine line = followBetween(space, node.seed, other);
-      if (!line.is_free || line.clearance_m < config_.min_edge_clearance_m) return;
-      const double length_m = (other.position_m - node.seed.position_m).norm();
-      seen.push_back({other.cell, length_m, line.clearance_m});
-    });
-    std::sort(seen.begin(), seen.end(),
-              [](const Link& a, const Link& b) { return CellOrder{}(a.to, b.to); });
-    node.seen = std::move(seen);
+      node.seen = std::move(seen);
+      for (Link& link : node.links) {  // an edge to what is seen no longer is chosen anew
+        const Link* now = nullptr;
+        if (sees(node.seen, link.to, now)) link.clearance_m = now->clearance_m;
+      }
+    }
   }
+  return others;
 }
 
-void PlaceLinks::updateLinks(const CellSet& keys) {
-  for (const GridIndex& key : keys) {
+/// Lines that did not change are taken over from before, or from the other place's where that was
+/// done already.
+std::vector<PlaceLinks::Link> PlaceLinks::computeSeen(const SpaceMap& space,
+                                                      const PlaceCells& cells,
+                                                      const ChangedArea& area,
+                                                      const Node& node) const {
+  const GridIndex& key = node.seed.cell;
+  const GridIndex own = cells.computeCoarse(node.seed.position_m);
+  std::vector<Link> seen;
+  for (const Link& link : node.seen) {
+    const Eigen::Vector3d p_m = (link.to.cast<double>().array() + 0.5) * space.voxelSize();
+    if (!area.meets(own, cells.computeCoarse(p_m))) seen.push_back(link);
+  }
+  const auto isWanted = [&](const GridIndex& coarse) { return area.meets(own, coarse); };
+  cells.forEachNear(
+      node.seed.position_m, config_.max_edge_m, isWanted, [&](const PlaceSeed& other) {
+        if (other.cell == key) return;
+        const Link* link = nullptr;
+        const Node& there = nodes_.at(other.cell);
+        if (there.seen_at == num_updates_) {
+          if (sees(there.seen, key, link)) {
+            seen.push_back({other.cell, link->length_m, link->clearance_m});
+          }
+          return;
+        }
+        const FreeLine line = followBetween(space, node.seed, other, config_.min_edge_clearance_m);
+        if (!line.is_free) return;
+        const double length_m = (other.position_m - node.seed.position_m).norm();
+        seen.push_back(
+            {other.cell, static_cast<float>(length_m), static_cast<float>(line.clearance_m)});
+      });
+  std::sort(seen.begin(), seen.end(),
+            [](const Link& a, const Link& b) { return CellOrder{}(a.to, b.to); });
+  seen.shrink_to_fit();
+  return seen;
+}
+
+/// Edges anew of places that see others than before, and of those that they see.
+/// @returns the places whose edges were chosen anew
+CellSet PlaceLinks::updateLinks(const CellSet& others) {
+  CellSet chosen;
+  for (const GridIndex& key : others) {
+    const auto node = nodes_.find(key);
+    if (node == nodes_.end()) continue;
+    chosen.insert(key);
+    for (const Link& link : node->second.seen) chosen.insert(link.to);
+  }
+  for (const GridIndex& key : chosen) {
     Node& node = nodes_.at(key);
     node.links.clear();
     for (const Link& link : node.seen) {
       if (!hasDetour(node, link)) node.links.push_back(link);
     }
   }
+  return chosen;
 }
 
 bool PlaceLinks::hasDetour(const Node& a, const Link& link) const {
-  const Node& b = nodes_.at(link.to);
+  const std::vector<Link>& from_b = nodes_.at(link.to).seen;
+  const auto longest_m = static_cast<float>(config_.edge_stretch) * link.length_m;
+  const float cell_m = link.length_m / (link.to - a.seed.cell).cast<float>().norm();
   return std::any_of(a.seen.begin(), a.seen.end(), [&](const Link& first) {
+    if (first.length_m >= link.length_m || first.length_m > longest_m) return false;
+    // by the distance, before the third place is looked for
+    const float rest_m = cell_m * (link.to - first.to).cast<float>().norm();
+    if (first.length_m + rest_m > 1.001F * longest_m) return false;
     const Link* second = nullptr;
-    if (first.length_m >= link.length_m || !sees(b.seen, first.to, second)) return false;
-    return second->length_m < link.length_m &&
-           first.length_m + second->length_m <= config_.edge_stretch * link.length_m;
+    return sees(from_b, first.to, second) && second->length_m < link.length_m &&
+           first.length_m + second->length_m <= longest_m;
   });
 }
 
@@ -222,7 +368,8 @@ bool PlaceLinks::hasDetour(const Node& a, const Link& link) const {
 const PlaceLinks::Node* PlaceLinks::findAnchor(const SpaceMap& space, const PlaceCells& cells,
                                                const SpaceCell& cell, const PlaceSeed& at) const {
   std::vector<std::pair<double, const PlaceSeed*>> near;
-  cells.forEachNear(at.position_m, cells.spacing(), [&](const PlaceSeed& seed) {
+  const auto isAny = [](const GridIndex&) { return true; };
+  cells.forEachNear(at.position_m, cells.spacing(), isAny, [&](const PlaceSeed& seed) {
     near.emplace_back((seed.position_m - at.position_m).norm(), &seed);
   });
   std::sort(near.begin(), near.end(), [](const auto& a, const auto& b) {
@@ -268,7 +415,8 @@ bool PlaceLinks::isJoined(const Node& a, const Node& b, double length_m) const {
   const Link* link = nullptr;
   if (sees(a.seen, b.seed.cell, link)) return true;
   return std::any_of(a.seen.begin(), a.seen.end(), [&](const Link& first) {
-    return sees(b.seen, first.to, link) && first.length_m + link->length_m <= kMaxDetour * length_m;
+    return sees(b.seen, first.to, link) &&
+           static_cast<double>(first.length_m + link->length_m) <= kMaxDetour * length_m;
   });
 }
 

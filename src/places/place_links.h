@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <unordered_map>
 #include <vector>
@@ -30,17 +31,18 @@ class PlaceLinks {
  public:
   struct Link {
     GridIndex to;  ///< key of the other place
-    double length_m = 0.0;
-    double clearance_m = 0.0;
+    float length_m = 0.0F;
+    float clearance_m = 0.0F;
   };
   struct Node {
     PlaceSeed seed;
-    bool is_place = false;    ///< of PlaceCells; else only a corner
-    int num_corners = 0;      ///< tiles in which the way bends here
-    bool is_kept = false;     ///< belongs to a part that is large enough, or was walked
-    int num_anchored = 0;     ///< tiles with a cell of the way that belongs to it
-    std::vector<Link> seen;   ///< places that it sees, ascending by key
-    std::vector<Link> links;  ///< of these, those with an edge
+    bool is_place = false;      ///< of PlaceCells; else only a corner
+    int num_corners = 0;        ///< tiles in which the way bends here
+    bool is_kept = false;       ///< belongs to a part that is large enough, or was walked
+    int num_anchored = 0;       ///< tiles with a cell of the way that belongs to it
+    std::uint64_t seen_at = 0;  ///< the update that computed `seen`
+    std::vector<Link> seen;     ///< places that it sees, ascending by key
+    std::vector<Link> links;    ///< of these, those with an edge
     std::map<GridIndex, std::pair<int, double>, CellOrder> walked;  ///< tiles, clearance
   };
   using Nodes = std::unordered_map<GridIndex, Node, mapping::GridIndexHash>;
@@ -48,7 +50,7 @@ class PlaceLinks {
   explicit PlaceLinks(const PlacesConfig& config) : config_(config) {}
 
   /// @param changed  coarse cells whose places or free space changed
-  /// @returns the keys of all places that came, went or may have another clearance or edge.
+  /// @returns the keys of all places that came, went or may have another clearance or other edges.
   /// O(changed coarse cells and those within an edge's length).
   CellSet update(const SpaceMap& space, const PlaceCells& cells, const CoarseSet& changed);
 
@@ -73,12 +75,17 @@ class PlaceLinks {
   };
 
   class Anchors;
+  class ChangedArea;
 
   TileSet findTiles(const SpaceMap& space, const CoarseSet& coarse) const;
+  TileSet findTilesAround(const SpaceMap& space, const PlaceCells& cells,
+                          const CoarseSet& coarse) const;
   void removeWalks(const TileSet& tiles, CellSet& touched);
   void replaceNodes(const PlaceCells& cells, const CoarseSet& changed, CellSet& touched);
-  void updateSeen(const SpaceMap& space, const PlaceCells& cells, const CellSet& keys);
-  void updateLinks(const CellSet& keys);
+  CellSet updateSeen(const SpaceMap& space, const PlaceCells& cells, const CoarseSet& changed);
+  std::vector<Link> computeSeen(const SpaceMap& space, const PlaceCells& cells,
+                                const ChangedArea& area, const Node& node) const;
+  CellSet updateLinks(const CellSet& others);
   bool hasDetour(const Node& a, const Link& link) const;
   Walk computeWalk(const SpaceMap& space, const PlaceCells& cells, const TileIndex& index,
                    Anchors& anchors) const;
@@ -95,6 +102,7 @@ class PlaceLinks {
   void forEachLinked(const Node& node, Visit visit) const;
 
   PlacesConfig config_;
+  std::uint64_t num_updates_ = 0;
   Nodes nodes_;
   std::unordered_map<TileIndex, Walk, TileIndexHash> walks_;
   std::unordered_map<GridIndex, std::vector<GridIndex>, mapping::GridIndexHash> keys_of_coarse_;

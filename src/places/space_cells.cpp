@@ -19,7 +19,8 @@ double computeSlabHeight(const PlacesConfig& config) {
 
 /// An obstacle voxel's centre lies at most this far inside the surface.
 float clampOffset(float distance_m, double voxel_size_m) {
-  return std::clamp(distance_m, static_cast<float>(-0.5 * std::sqrt(3.0) * voxel_size_m), 0.0F);
+  const auto deepest_m = static_cast<float>(-0.5 * std::sqrt(3.0) * voxel_size_m);
+  return std::clamp(roundToStep(distance_m, voxel_size_m), deepest_m, 0.0F);
 }
 
 /// The nearest floor of each column of a box, slab by slab.
@@ -99,24 +100,24 @@ class NearestFloor {
 /// Reads the cells of one column of a ground plan.
 class ColumnReader {
  public:
-  ColumnReader(const VoxelMap& voxels, const PlacesConfig& config)
-      : voxels_(voxels), config_(config) {}
+  ColumnReader(const VoxelMap& voxels, const PlacesConfig& config, const TileIndex& tile)
+      : voxels_(voxels, tile), config_(config), tile_(tile) {}
 
   /// Something solid in the way of a body that stands at a height, or, near to floor and with its
   /// upper half observed free, more floor.
-  void addBeside(const Column& column, const NearestFloor::Candidate& floor,
+  void addBeside(int offset, const NearestFloor::Candidate& floor,
                  std::vector<SpaceCell>& cells) const {
     const double floor_m = static_cast<double>(floor.height_m);
     const double top_m = floor_m + config_.body_height_m;
-    const float solid_m = findSolid(voxels_, column, floor_m + config_.max_step_m, top_m);
+    const float solid_m = findSolid(voxels_, offset, floor_m + config_.max_step_m, top_m);
     SpaceCell cell;
-    cell.offset = static_cast<std::uint8_t>(computeOffset(column));
+    cell.offset = static_cast<std::uint8_t>(offset);
     cell.level_m = floor.height_m;
     if (isSolid(solid_m)) {
-      cell.offset_m = clampOffset(solid_m, voxels_.voxelSize());
+      cell.offset_m = clampOffset(solid_m, voxels_.voxel_size_m);
       cells.push_back(cell);
     } else if (floor.distance_m <= config_.max_floor_gap_m &&
-               isFreeBetween(voxels_, column, floor_m + config_.body_height_m / 2.0, top_m)) {
+               isFreeBetween(voxels_, offset, floor_m + config_.body_height_m / 2.0, top_m)) {
       cell.is_free = true;
       cells.push_back(cell);
     }
@@ -124,22 +125,23 @@ class ColumnReader {
 
   /// Adds what lies beside floors to the floor of the column itself, where it is at least a body
   /// higher or lower than what is there already.
-  void addColumn(const Column& column, const NearestFloor& floors, std::vector<float>& levels_m,
+  void addColumn(int offset, const NearestFloor& floors, std::vector<float>& levels_m,
                  std::vector<SpaceCell>& cells) {
-    floors.find(column, candidates_);
+    floors.find(computeColumn(tile_, offset), candidates_);
     for (const auto& candidate : candidates_) {
       const auto is_near = [&](float level_m) {
         return std::abs(level_m - candidate.height_m) < static_cast<float>(config_.body_height_m);
       };
       if (std::any_of(levels_m.begin(), levels_m.end(), is_near)) continue;
       levels_m.push_back(candidate.height_m);
-      addBeside(column, candidate, cells);
+      addBeside(offset, candidate, cells);
     }
   }
 
  private:
-  const VoxelMap& voxels_;
+  TileVoxels voxels_;
   const PlacesConfig& config_;
+  TileIndex tile_;
   std::vector<NearestFloor::Candidate> candidates_;
 };
 
@@ -157,8 +159,7 @@ std::vector<SpaceCell> readPlanTile(const TileIndex& index, const FloorMap& floo
     levels_m[static_cast<std::size_t>(node.offset)].push_back(node.height_m);
   });
   for (int i = 0; i < kTileColumns; ++i) {
-    reader.addColumn(computeColumn(index, i), nearest, levels_m[static_cast<std::size_t>(i)],
-                     cells);
+    reader.addColumn(i, nearest, levels_m[static_cast<std::size_t>(i)], cells);
   }
   std::sort(cells.begin(), cells.end(), [](const SpaceCell& a, const SpaceCell& b) {
     return a.offset == b.offset ? a.level_m < b.level_m : a.offset < b.offset;
@@ -215,13 +216,13 @@ TileSet SpaceMap::updateCells(const VoxelMap& voxels, const FloorMap& floors, co
                               const TileSet& with_floor) {
   voxel_size_m_ = voxels.voxelSize();
   const int margin = static_cast<int>(std::ceil(kObstacleReach_m / voxel_size_m_));
-  ColumnReader reader(voxels, config_);
   TileSet dirty = widen(with_floor, (margin + kTileSide - 1) / kTileSide);
   dirty.insert(seen.begin(), seen.end());
   TileSet result;
   for (const TileBox& box : coverByBoxes(dirty)) {
     const NearestFloor nearest(floors, config_, box, voxel_size_m_);
     for (const TileIndex& index : box.tiles) {
+      ColumnReader reader(voxels, config_, index);
       if (replace(index, readPlanTile(index, floors, nearest, reader))) result.insert(index);
     }
   }

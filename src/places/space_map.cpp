@@ -95,27 +95,33 @@ TileSet SpaceMap::updateVoronoi(const TileSet& changed) {
 bool SpaceMap::markVoronoi(const TileIndex& index) {
   const auto tile = tiles_.find(index);
   if (tile == tiles_.end()) return false;
+  const TilesAround<SpaceTile> around(tiles_, index);
   bool is_changed = false;
   for (SpaceCell& cell : tile->second.cells) {
     if (!cell.is_free) continue;
-    const bool is_voronoi = isVoronoi(computeColumn(index, cell.offset), cell);
+    const bool is_voronoi = isVoronoi(around, computeColumn(index, cell.offset), cell);
     is_changed = is_changed || cell.is_voronoi != is_voronoi;
     cell.is_voronoi = is_voronoi;
   }
   return is_changed;
 }
 
-bool SpaceMap::isVoronoi(const Column& column, const SpaceCell& cell) const {
+bool SpaceMap::isVoronoi(const TilesAround<SpaceTile>& around, const Column& column,
+                         const SpaceCell& cell) const {
   const auto is_open = [&](const SpaceCell* other) {
     return other != nullptr && other->has_parent &&
            static_cast<double>(other->clearance_m) >= config_.min_clearance_m;
   };
   if (!is_open(&cell)) return false;
   const double level_m = static_cast<double>(cell.level_m);
+  const auto findOther = [&](const Column& at, double at_m, double tolerance_m) {
+    const SpaceTile* tile = around.find(at);
+    return tile == nullptr ? nullptr : findFree(*tile, at, at_m, tolerance_m);
+  };
   for (const auto& [dx, dy] : {std::pair{1, 0}, {0, 1}, {-1, 0}, {0, -1}}) {
     const Column beside{column.x + dx, column.y + dy};
     const double tolerance_m = isPlan() ? config_.max_step_m : 0.5 * voxel_size_m_;
-    const SpaceCell* other = findFree(beside, level_m, tolerance_m);
+    const SpaceCell* other = findOther(beside, level_m, tolerance_m);
     if (!is_open(other)) continue;
     const bool is_first = dx + dy > 0;
     if (is_first ? hasDistinctParents(column, cell, *other)
@@ -124,7 +130,7 @@ bool SpaceMap::isVoronoi(const Column& column, const SpaceCell& cell) const {
   }
   if (isPlan()) return false;
   for (const double dz_m : {voxel_size_m_, -voxel_size_m_}) {
-    const SpaceCell* other = findFree(column, level_m + dz_m, 0.5 * voxel_size_m_);
+    const SpaceCell* other = findOther(column, level_m + dz_m, 0.5 * voxel_size_m_);
     if (!is_open(other)) continue;
     if (dz_m > 0.0 ? hasDistinctParents(column, cell, *other)
                    : hasDistinctParents(column, *other, cell))
@@ -173,30 +179,33 @@ std::vector<GroundPlan::TilePtr> SpaceMap::makePlanTiles(const TileIndex& index)
 }
 
 FreeLine followLine(const SpaceMap& space, const GridIndex& from, double from_level_m,
-                    const GridIndex& to, double to_level_m) {
-  const Eigen::Vector3d start = from.cast<double>();
-  Eigen::Vector3d step = to.cast<double>() - start;
-  if (space.isPlan()) step.z() = 0.0;
-  const int samples = 2 * static_cast<int>(step.cwiseAbs().maxCoeff()) + 1;
+                    const GridIndex& to, double to_level_m, double min_clearance_m) {
+  const bool is_plan = space.isPlan();
+  GridIndex step = to - from;
+  if (is_plan) step.z() = 0;
+  const int samples = 2 * step.cwiseAbs().maxCoeff() + 1;
+  const double per_sample = 1.0 / samples;
+  const auto at = [&](int axis, int sample) {
+    return static_cast<int>(std::floor(from[axis] + step[axis] * (sample * per_sample) + 0.5));
+  };
   FreeLine line{true, 1e9};
   double level_m = from_level_m;
-  const double tolerance_m = space.isPlan() ? space.maxStep() : 0.5 * space.voxelSize();
+  const double tolerance_m = is_plan ? space.maxStep() : 0.5 * space.voxelSize();
   Column last{from.x() - 1, from.y()};
   TileIndex tile_index = computeTile(Column{from.x(), from.y()});
   const SpaceTile* tile = space.find(tile_index);
   for (int i = 0; i <= samples; ++i) {
-    const double t = static_cast<double>(i) / samples;
-    const GridIndex at = ((start + step * t).array() + 0.5).floor().cast<int>();
-    if (space.isPlan() && at.x() == last.x && at.y() == last.y) continue;
-    last = {at.x(), at.y()};
-    if (!space.isPlan()) level_m = (at.z() + 0.5) * space.voxelSize();
+    const Column column{at(0, i), at(1, i)};
+    if (is_plan && column.x == last.x && column.y == last.y) continue;
+    last = column;
+    if (!is_plan) level_m = (at(2, i) + 0.5) * space.voxelSize();
     if (computeTile(last) != tile_index) {
       tile_index = computeTile(last);
       tile = space.find(tile_index);
     }
     if (tile == nullptr) return {};
     const SpaceCell* cell = SpaceMap::findFree(*tile, last, level_m, tolerance_m);
-    if (cell == nullptr) return {};
+    if (cell == nullptr || static_cast<double>(cell->clearance_m) < min_clearance_m) return {};
     level_m = static_cast<double>(cell->level_m);
     line.clearance_m = std::min(line.clearance_m, static_cast<double>(cell->clearance_m));
   }

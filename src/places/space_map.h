@@ -93,7 +93,8 @@ class SpaceMap {
   bool replace(const TileIndex& index, std::vector<SpaceCell> cells);
   TileSet findAffected(const TileSet& changed) const;
   bool markVoronoi(const TileIndex& index);
-  bool isVoronoi(const Column& column, const SpaceCell& cell) const;
+  bool isVoronoi(const TilesAround<SpaceTile>& around, const Column& column,
+                 const SpaceCell& cell) const;
   bool hasDistinctParents(const Column& column, const SpaceCell& cell,
                           const SpaceCell& neighbour) const;
 
@@ -108,8 +109,9 @@ struct FreeLine {
   double clearance_m = 0.0;  ///< smallest of the cells on it
 };
 
-/// Follows the floor from column to column (`volume`: the straight line).
+/// Follows the floor from column to column (`volume`: the straight line), as far as there is
+/// `min_clearance_m`.
 FreeLine followLine(const SpaceMap& space, const GridIndex& from, double from_level_m,
-                    const GridIndex& to, double to_level_m);
+                    const GridIndex& to, double to_level_m, double min_clearance_m = 0.0);
 
 }  // namespace tsg::places

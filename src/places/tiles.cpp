@@ -36,14 +36,22 @@ void divide(const TileBox& box, std::vector<TileBox>& boxes) {
 
 }  // namespace
 
+/// Along one axis, then along the other.
 TileSet widen(const TileSet& tiles, int rings) {
-  TileSet result;
-  for (const auto& [x, y] : tiles) {
-    for (int dx = -rings; dx <= rings; ++dx) {
-      for (int dy = -rings; dy <= rings; ++dy) result.insert({x + dx, y + dy});
+  std::vector<TileIndex> wide(tiles.begin(), tiles.end());
+  for (const TileIndex& axis : {TileIndex{0, 1}, TileIndex{1, 0}}) {
+    std::vector<TileIndex> next;
+    next.reserve(wide.size() * static_cast<std::size_t>(2 * rings + 1));
+    for (const auto& [x, y] : wide) {
+      for (int step = -rings; step <= rings; ++step) {
+        next.emplace_back(x + step * axis.first, y + step * axis.second);
+      }
     }
+    std::sort(next.begin(), next.end());
+    next.erase(std::unique(next.begin(), next.end()), next.end());
+    wide = std::move(next);
   }
-  return result;
+  return {wide.begin(), wide.end()};
 }
 
 std::vector<TileBox> coverByBoxes(const TileSet& tiles) {

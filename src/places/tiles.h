@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
+#include <cmath>
 #include <cstddef>
 #include <set>
 #include <vector>
@@ -39,7 +41,40 @@ inline Column computeColumn(const TileIndex& tile, int offset) {
           tile.second * kTileSide + offset / kTileSide};
 }
 
-/// Adds all tiles at most `rings` away (along x or y). O(tiles rings^2 log).
+/// A tile and those that touch it, looked up once. Valid until one of them comes or goes.
+template <typename Tile>
+class TilesAround {
+ public:
+  /// @param tiles  a map by TileIndex
+  template <typename Tiles>
+  TilesAround(const Tiles& tiles, const TileIndex& middle)
+      : first_(middle.first - 1, middle.second - 1) {
+    for (std::size_t i = 0; i < found_.size(); ++i) {
+      const auto step = static_cast<int>(i);
+      const auto found = tiles.find({first_.first + step % 3, first_.second + step / 3});
+      found_[i] = found == tiles.end() ? nullptr : &found->second;
+    }
+  }
+
+  /// Null if there is none. Precondition: the column lies in one of the nine.
+  const Tile* find(const Column& column) const {
+    const TileIndex index = computeTile(column);
+    return found_[static_cast<std::size_t>(index.first - first_.first +
+                                           3 * (index.second - first_.second))];
+  }
+
+ private:
+  TileIndex first_;
+  std::array<const Tile*, 9> found_{};
+};
+
+/// Rounds to sixteenths of a voxel, so that nothing follows from noise below that.
+inline float roundToStep(float value_m, double voxel_size_m) {
+  const auto step_m = static_cast<float>(voxel_size_m / 16.0);
+  return step_m * std::round(value_m / step_m);
+}
+
+/// Adds all tiles at most `rings` away (along x or y). O(tiles rings log).
 TileSet widen(const TileSet& tiles, int rings);
 
 /// A box of tiles to be computed together, with those of its tiles that are wanted.

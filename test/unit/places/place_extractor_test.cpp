@@ -4,12 +4,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
 #include <random>
 
 #include "box_world.h"
 #include "graph_checks.h"
 #include "sparse_config.h"
+#include "synthetic_scene.h"
 #include "task_scene_graph/config/config.h"
+#include "task_scene_graph/mapping/tsdf_integrator.h"
 
 namespace tsg::places {
 namespace {
@@ -141,6 +144,85 @@ TEST(PlaceExtractor, CorridorIsAChainAlongItsMiddle) {
   }
 }
 
+/// Two corridors of 1.4 m that cross in (6 + shift, 6 + shift).
+BoxWorld makeCrossing(double shift_m) {
+  const double low = 5.3 + shift_m;
+  const double high = 6.7 + shift_m;
+  BoxWorld world;
+  world.addRoom(0, 0, 12, 12).add({0, 0, 0}, {low, low, 2.5}).add({high, 0, 0}, {12, low, 2.5});
+  return world.add({0, high, 0}, {low, 12, 2.5}).add({high, high, 0}, {12, 12, 2.5});
+}
+
+const Aabb kSquare = makeAabb({-1, -1, -0.5}, {13, 13, 2.4});
+
+class Crossing : public testing::TestWithParam<int> {};
+
+TEST_P(Crossing, OfCorridorsHasAPlaceInItsMiddleAsFarFromTheFourCorners) {
+  const double shift_m = 0.01 * GetParam();
+  const BoxWorld world = makeCrossing(shift_m);
+  const PlaceGraph graph = extract(world, makeSparseConfig(), kSquare);
+  expectSound(graph, world);
+  EXPECT_EQ(findParts(graph).size(), 1U);
+  const Eigen::Vector2d middle_m = Eigen::Vector2d::Constant(6.0 + shift_m);
+  const auto place = std::min_element(graph.places.begin(), graph.places.end(),
+                                      [&](const Place& a, const Place& b) {
+                                        return (a.position_m.head<2>() - middle_m).norm() <
+                                               (b.position_m.head<2>() - middle_m).norm();
+                                      });
+  ASSERT_NE(place, graph.places.end());
+  EXPECT_LT((place->position_m.head<2>() - middle_m).norm(), kVoxel_m * std::sqrt(2.0));
+  EXPECT_NEAR(place->clearance_m, 0.7 * std::sqrt(2.0), kVoxel_m);
+  for (const Eigen::Vector2d& arm : {Eigen::Vector2d(1, 6), {11, 6}, {6, 1}, {6, 11}}) {
+    EXPECT_TRUE(std::any_of(graph.places.begin(), graph.places.end(), [&](const Place& at) {
+      return (at.position_m.head<2>() - arm).norm() < 1.0;
+    })) << arm.transpose();
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(SubVoxelShifts, Crossing, testing::Values(0, 3, 5, 8));
+
+/// Length of the way over edges between the places nearest to two points.
+double computeWay(const PlaceGraph& graph, const Eigen::Vector2d& from_m,
+                  const Eigen::Vector2d& to_m) {
+  const auto findNearest = [&](const Eigen::Vector2d& p_m) {
+    return std::min_element(graph.places.begin(), graph.places.end(),
+                            [&](const Place& a, const Place& b) {
+                              return (a.position_m.head<2>() - p_m).norm() <
+                                     (b.position_m.head<2>() - p_m).norm();
+                            })
+        ->id;
+  };
+  std::map<PlaceId, double> length_m{{findNearest(from_m), 0.0}};
+  for (std::size_t i = 0; i < graph.places.size(); ++i) {
+    for (const PlaceEdge& edge : graph.edges) {
+      const double step_m =
+          (test::findPlace(graph, edge.a).position_m - test::findPlace(graph, edge.b).position_m)
+              .norm();
+      for (const auto& [a, b] : {std::pair{edge.a, edge.b}, {edge.b, edge.a}}) {
+        if (length_m.count(a) == 0) continue;
+        const auto [to, is_new] = length_m.emplace(b, length_m.at(a) + step_m);
+        to->second = std::min(to->second, length_m.at(a) + step_m);
+      }
+    }
+  }
+  return length_m.at(findNearest(to_m));
+}
+
+TEST(PlaceExtractor, RoundABlockThereIsOneCycleUntilTheWayIsBarred) {
+  BoxWorld ring;
+  ring.addRoom(0, 0, 10, 10).add({1.4, 1.4, 0}, {8.6, 8.6, 2.5});
+  const PlaceGraph round = extract(ring, makeSparseConfig(), kSquare);
+  expectSound(round, ring);
+  ASSERT_EQ(findParts(round).size(), 1U);
+  EXPECT_EQ(round.edges.size(), round.places.size());
+  EXPECT_LT(computeWay(round, {3.0, 0.7}, {5.2, 0.7}), 3.5);
+  ring.add({4.0, 0, 0}, {4.2, 1.4, 2.5});
+  const PlaceGraph barred = extract(ring, makeSparseConfig(), kSquare);
+  ASSERT_EQ(findParts(barred).size(), 1U);
+  const double round_m = 4.0 * 8.6 - 2.2;
+  EXPECT_NEAR(computeWay(barred, {3.0, 0.7}, {5.2, 0.7}), round_m, 0.1 * round_m);
+}
+
 TEST(PlaceExtractor, UnknownSpaceIsNotFree) {
   BoxWorld world;
   world.addRoom(0, 0, 8, 4);
@@ -247,6 +329,39 @@ TEST(PlaceExtractor, OrderOfChangedBlocksDoesNotMatter) {
   PlaceExtractor shuffled{makeSparseConfig()};
   shuffled.update(volume, blocks, Stamp{1});
   expectEqual(sorted.graph(), shuffled.graph());
+}
+
+TEST(PlaceExtractor, NumberOfThreadsThatIntegrateDoesNotMatter) {
+  const std::vector<tsg::test::Solid> room{
+      tsg::test::makePlane({0, 0, 0}, {0, 0, 1}, {90, 90, 90}),
+      tsg::test::makePlane({4.5, 0, 0}, {-1, 0, 0}, {10, 200, 30}),
+      tsg::test::makePlane({0, 1.5, 0}, {0, -1, 0}, {10, 200, 30}),
+      tsg::test::makePlane({0, -1.5, 0}, {0, 1, 0}, {30, 20, 200}),
+      tsg::test::makeBox(makeAabb({2.5, -0.3, 0}, {3.0, 0.4, 1.0}), {200, 0, 0})};
+  const CameraModel camera{160, 120, 131.0, 131.5, 79.5, 59.5};
+  std::vector<PlaceGraph> graphs;
+  for (const int threads : {1, 2, 5}) {
+    mapping::IntegratorConfig config;
+    config.voxel_size_m = kVoxel_m;
+    config.truncation_m = 0.3;
+    config.carve_free_space = true;
+    config.num_threads = threads;
+    mapping::TsdfIntegrator integrator(config);
+    mapping::TsdfVolume volume(kVoxel_m);
+    PlaceExtractor extractor{PlacesConfig{}};
+    for (int i = 0; i < 10; ++i) {
+      const Eigen::Vector3d eye(0.1 * i, 0.2, 1.2);
+      auto frame = tsg::test::render(room, camera, tsg::test::lookAt(eye, {3.0, 0.0, 0.4})).frame;
+      frame.stamp = Stamp::fromSeconds(0.1 * i);
+      const auto changed = integrator.integrate(frame, volume).changed_blocks;
+      extractor.addPose({frame.stamp, frame.T_world_camera});
+      extractor.update(volume, changed, frame.stamp);
+    }
+    graphs.push_back(extractor.graph());
+  }
+  EXPECT_GT(graphs[0].places.size(), 10U);
+  expectEqual(graphs[1], graphs[0]);
+  expectEqual(graphs[2], graphs[0]);
 }
 
 TEST(PlaceExtractor, BlocksThatTheVolumeDropsAreRemembered) {

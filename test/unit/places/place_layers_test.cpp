@@ -83,7 +83,8 @@ std::map<std::vector<int>, std::vector<double>> describeGraph(const PlaceLinks& 
       return std::vector<int>{own.x(), own.y(), own.z(), to.x(), to.y(), to.z()};
     };
     graph[name(key)].push_back(static_cast<double>(node.seed.clearance_m));
-    for (const auto& link : node.links) graph[name(link.to)].push_back(link.clearance_m);
+    for (const auto& link : node.links)
+      graph[name(link.to)].push_back(static_cast<double>(link.clearance_m));
     for (const auto& [to, walked] : node.walked) graph[name(to)].push_back(-walked.second);
   }
   return graph;
@@ -114,6 +115,27 @@ INSTANTIATE_TEST_SUITE_P(Seeds, Updates,
                                          std::pair{FreeSpaceKind::kWalkable, 2U},
                                          std::pair{FreeSpaceKind::kWalkable, 3U},
                                          std::pair{FreeSpaceKind::kVolume, 4U}));
+
+/// Floors of many tiles hang together, fall apart and count or not by what is far away.
+TEST(FloorUpdates, StripByStripGiveTheFloorOfOneComputation) {
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> draw_m(0.0, 12.0);
+  BoxWorld world;
+  world.addRoom(0, 0, 12, 12).add({8, 8, 0}, {10, 10, 0.45}).add({2, 3, 0}, {4, 5, 0.45});
+  mapping::TsdfVolume volume(kVoxel_m);
+  VoxelMap voxels;
+  PlaceLayers layers(makeSparseConfig());
+  for (int strip = 0; strip < 30; ++strip) {
+    const double x_m = strip < 15 ? 0.8 * strip : draw_m(random);
+    const Aabb box = makeAabb({x_m - 0.5, -0.5, -0.5}, {x_m + 0.5, strip % 2 == 0 ? 12.5 : 7.0, 2});
+    const auto changed = voxels.copyBlocks(volume, test::observe(world, box, volume));
+    layers.update(voxels, {changed.begin(), changed.end()});
+    PlaceLayers whole(makeSparseConfig());
+    whole.updateAll(voxels, layers.way());
+    expectSamePlan(layers.plan(), whole.plan());
+    EXPECT_EQ(describeGraph(layers.links()), describeGraph(whole.links())) << "after " << strip;
+  }
+}
 
 /// Every obstacle is looked at for every cell.
 TEST(Clearance, EqualsExhaustiveSearchAfterRandomEdits) {
