@@ -31,6 +31,8 @@ void StageReport::countProcessed(double duration_ms) {
     durations_ms_[processed_ % kMaxDurations] = duration_ms;
   }
   ++processed_;
+  dropped_since_processed_ = 0;
+  last_processed_ = std::chrono::steady_clock::now();
 }
 
 void StageReport::countDropped(const std::string& reason, const std::string& problem,
@@ -39,6 +41,9 @@ void StageReport::countDropped(const std::string& reason, const std::string& pro
   const std::lock_guard<std::mutex> lock(mutex_);
   dropped_[reason] += count;
   newest_problem_ = problem.empty() ? reason : problem;
+  if (dropped_since_processed_ == 0) first_problem_ = newest_problem_;
+  dropped_since_processed_ += count;
+  last_dropped_ = std::chrono::steady_clock::now();
   if (!problem.empty()) logLocked(reason, problem);
 }
 
@@ -102,7 +107,11 @@ std::string StageReport::describeInput(const std::string& input) const {
 
 void StageReport::fill(diagnostic_updater::DiagnosticStatusWrapper& status) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (newest_problem_.empty() && !findings_.empty()) {
+  if (isAllDropped()) {
+    status.summary(diagnostic_msgs::DiagnosticStatus::ERROR,
+                   "nothing is usable, " + std::to_string(dropped_since_processed_) +
+                       " dropped, first: " + first_problem_);
+  } else if (newest_problem_.empty() && !findings_.empty()) {
     status.summary(diagnostic_msgs::DiagnosticStatus::WARN, findings_.begin()->second);
   } else if (newest_problem_.empty()) {
     status.summary(diagnostic_msgs::DiagnosticStatus::OK,
@@ -120,6 +129,11 @@ void StageReport::fill(diagnostic_updater::DiagnosticStatusWrapper& status) {
   fillDurations(status);
   for (const auto& [key, text] : findings_) status.add("plausibility: " + key, text);
   for (const auto& [key, value] : lines_) status.add(key, value);
+}
+
+bool StageReport::isAllDropped() const {
+  if (dropped_since_processed_ == 0) return false;
+  return processed_ == 0 || last_dropped_ - last_processed_ > kPatience;
 }
 
 void StageReport::fillDurations(diagnostic_updater::DiagnosticStatusWrapper& status) const {

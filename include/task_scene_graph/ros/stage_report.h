@@ -43,14 +43,19 @@ class StageReport {
   /// dropped: stamp is 0)", "no input arrived".
   std::string describeInput(const std::string& input) const;
 
-  /// WARN if something was dropped or a problem appeared since the report before, else OK.
+  /// ERROR, with the first cause, while everything is dropped: nothing was ever processed, or
+  /// things are still dropped kPatience after the last one that was. Else WARN if something was
+  /// dropped or a problem appeared since the report before, or what looks wrong; else OK.
   void fill(diagnostic_updater::DiagnosticStatusWrapper& status);
 
  private:
+  static constexpr std::chrono::seconds kPatience{10};
+
   struct Throttle {
     std::chrono::steady_clock::time_point last_logged;
     std::uint64_t suppressed = 0;
   };
+  bool isAllDropped() const;
   void logLocked(const std::string& key, const std::string& problem);
   void fillDurations(diagnostic_updater::DiagnosticStatusWrapper& status) const;
 
@@ -68,6 +73,10 @@ class StageReport {
   std::map<std::string, Throttle> throttles_;
   std::vector<double> durations_ms_;  ///< ring of the newest kMaxDurations
   std::string newest_problem_;
+  std::uint64_t dropped_since_processed_ = 0;
+  std::string first_problem_;  ///< of those
+  std::chrono::steady_clock::time_point last_processed_;
+  std::chrono::steady_clock::time_point last_dropped_;
 };
 
 /// Wall time since its construction.
