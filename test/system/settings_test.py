@@ -440,6 +440,19 @@ class Programs(LiveTest):
         self.assertIn(" -f map", self.session.run(*launch, "world_frame:=map").stdout)
         self.assertIn("start_rviz", self.session.run(*launch).stdout)
 
+    def test_a_robot_of_several_has_its_topics_in_its_namespace(self):
+        launch = self.write("robots.launch", """<launch><group ns="robot1">
+          <include file="$(find task_scene_graph)/launch/task_scene_graph.launch">
+            <arg name="robot" value="/robot1"/><arg name="object_tasks" value="tasks.yaml"/>
+            <arg name="rviz" value="false"/></include></group></launch>""")
+        command = self.session.run("roslaunch", "--args", "/robot1/task_scene_graph/manager", launch).stdout
+        for topic in ("camera/color/image_raw", "camera/aligned_depth_to_color/image_raw",
+                      "camera/color/camera_info", "segmentation"):
+            self.assertIn("%s:=/robot1/%s" % (topic, topic), command)
+        command = self.session.run("roslaunch", "--args", "/task_scene_graph/manager", "task_scene_graph",
+                                   "task_scene_graph.launch", "object_tasks:=%s" % TASKS).stdout
+        self.assertIn(" segmentation:=/segmentation", command)
+
     def test_frame_of_the_map_is_known_before_the_stages_run(self):
         config = self.write("my.yaml", "input: {world_frame: odom}\n")
         self.session.run("rosparam", "set", NODE + "/config_file", config)
