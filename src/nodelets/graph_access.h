@@ -2,6 +2,8 @@
 #pragma once
 
 #include <functional>
+#include <string>
+#include <vector>
 
 #include "task_scene_graph/scene_graph/builder.h"
 
@@ -17,6 +19,8 @@ struct GraphAccess {
   /// graph that follows from it is published. Throws what the job throws; std::runtime_error if the
   /// stage ends or takes longer than a minute.
   std::function<void(const Job&)> run;
+  /// Full names of the services of this name that the stages before this one have.
+  std::function<std::vector<std::string>(const std::string& name)> upstream_services;
 };
 
 }  // namespace tsg::nodelets

@@ -42,6 +42,17 @@ nav_msgs::Path toMessage(const planning::Path& path, const std_msgs::Header& hea
   return message;
 }
 
+planning::Goal toBoxGoal(const msg::BoundingBox& box) {
+  const OrientedBox oriented = ros_interface::toOrientedBox(box);
+  const Eigen::Vector3d& size_m = oriented.size_m;
+  const bool has_size = size_m.minCoeff() >= 0.0 && size_m.maxCoeff() > 0.0 && size_m.allFinite();
+  if (has_size && oriented.center_m.allFinite()) return {oriented.center_m, oriented};
+  throw std::invalid_argument(
+      "box of " + std::to_string(size_m.x()) + " x " + std::to_string(size_m.y()) + " x " +
+      std::to_string(size_m.z()) +
+      " m: expected the size of a thing, none of it negative, and a centre of finite numbers");
+}
+
 void fillResponse(const planning::PlanResult& result, const std_msgs::Header& header,
                   msg::PlanPathResponse& response) {
   response.success = result.isFound() ? 1 : 0;
@@ -174,9 +185,11 @@ planning::Goal NavigationStage::findGoal(const Request& request, Response& respo
   if (request.goal_kind == Request::PLACE) {
     return planning::findPlaceGoal(map_.places, PlaceId{request.id});
   }
-  if (request.goal_kind > Request::REGION) {
-    throw std::invalid_argument("goal_kind is " + std::to_string(request.goal_kind) +
-                                ", expected 0 (point), 1 (place), 2 (object) or 3 (region)");
+  if (request.goal_kind == Request::BOX) return toBoxGoal(request.box);
+  if (request.goal_kind > Request::BOX) {
+    throw std::invalid_argument(
+        "goal_kind is " + std::to_string(request.goal_kind) +
+        ", expected 0 (point), 1 (place), 2 (object), 3 (region) or 4 (box)");
   }
   if (graph_ == nullptr) {
     throw std::runtime_error("nothing has come on " + graph_subscriber_.getTopic() +

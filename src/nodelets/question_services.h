@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ros/node_handle.h>
+#include <task_scene_graph/GetObject.h>
 
 #include <memory>
 #include <string>
@@ -13,7 +14,8 @@
 
 namespace tsg::nodelets {
 
-/// Questions to the map: services `~ask` and `~explain`.
+/// Questions to the map and the camera: services `~ask`, `~explain`, `~get_object` and
+/// `~grasp_pixel`.
 class QuestionServices {
  public:
   /// @param services  whose callbacks run in a thread of their own, one at a time
@@ -23,8 +25,14 @@ class QuestionServices {
  private:
   bool serveAsk(msg::AskRequest& request, msg::AskResponse& response);
   bool serveExplain(msg::ExplainRequest& request, msg::ExplainResponse& response);
-  Embedding readQuestion(const msg::AskRequest& request);
+  bool serveGetObject(msg::GetObject::Request& request, msg::GetObject::Response& response);
+  bool serveGraspPixel(msg::GraspPixelRequest& request, msg::GraspPixelResponse& response);
+  /// The embedding of words, an embedding or a picture; exactly one of them is there.
+  template <typename Request>
+  Embedding readQuestion(const Request& request);
+  Embedding embedImage(const sensor_msgs::Image& image) const;
   void answer(const msg::AskRequest& request, msg::AskResponse& response);
+  void findGraspPixel(const msg::GraspPixelRequest& request, msg::GraspPixelResponse& response);
 
   GraphAccess access_;
   std::shared_ptr<language::WordEncoder> encoder_;

@@ -22,6 +22,7 @@ struct SceneGraphNodeletConfig {
   std::filesystem::path output;
   std::string world_frame = "world";
   bool with_embeddings = false;
+  std::vector<std::string> object_frames;
   std::vector<std::string> upstream = {"segmenter", "tracker", "mesh_fusion"};
   double patience_s = 15.0;
   ros_interface::MarkerConfig markers;
@@ -40,6 +41,8 @@ struct SceneGraphNodeletConfig {
     v.field("world_frame", self.world_frame, {}, "", "tf frame of the map");
     v.field("with_embeddings", self.with_embeddings, {}, "",
             "put embeddings into the message scene_graph");
+    v.field("object_frames", self.object_frames, {}, "",
+            "tasks whose objects get a tf frame each, object_<id>; '*': all; empty: none");
     v.field("upstream", self.upstream, {}, "",
             "stages that save_map flushes first, in order (those that are not there are passed "
             "over)");

@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <std_srvs/Trigger.h>
-#include <task_scene_graph/SceneGraphTuningConfig.h>
-#include <visualization_msgs/MarkerArray.h>
+#include <tf2_msgs/TFMessage.h>
 
+#include <algorithm>
 #include <atomic>
 #include <filesystem>
 #include <functional>
 #include <map>
 #include <mutex>
 #include <pluginlib/class_list_macros.hpp>
+#include <sstream>
+#include <utility>
 
 #include "awaited_job.h"
 #include "chain_config.h"
+#include "graph_tunables.h"
 #include "question_services.h"
 #include "stage_nodelet.h"
 #include "task_scene_graph/language/word_encoder.h"
@@ -21,9 +24,9 @@
 #include "task_scene_graph/ros/flush.h"
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/message_conversions.h"
+#include "task_scene_graph/ros/object_conversions.h"
 #include "task_scene_graph/ros/reconfigure_server.h"
-#include "task_scene_graph/ros/scene_graph_conversions.h"
-#include "task_scene_graph/ros/scene_graph_markers.h"
+#include "task_scene_graph/ros/scene_graph_publisher.h"
 #include "task_scene_graph/ros/settings_follower.h"
 #include "task_scene_graph/ros/task_loader.h"
 #include "task_scene_graph/ros/topic_watch.h"
@@ -32,25 +35,6 @@
 #include "task_services.h"
 
 namespace tsg::nodelets {
-
-using Tunables = ::task_scene_graph::SceneGraphTuningConfig;  // from cfg/SceneGraphTuning.cfg
-
-/// Copies the parameters that may be changed while running.
-template <typename From, typename To>
-void copyTunables(const From& from, To& to) {
-  to.object_alpha = from.object_alpha;
-  to.object_delta = from.object_delta;
-  to.object_top_k = from.object_top_k;
-  to.object_delta_bits = from.object_delta_bits;
-  to.place_alpha = from.place_alpha;
-  to.place_delta = from.place_delta;
-  to.place_top_k = from.place_top_k;
-  to.place_delta_bits = from.place_delta_bits;
-  to.place_smoothing_per_m = from.place_smoothing_per_m;
-  to.min_region_places = from.min_region_places;
-  to.prune_null = from.prune_null;
-  to.min_object_score = from.min_object_score;
-}
 
 // Of save_map.
 constexpr double kSaveTimeout_s = 60.0;
@@ -77,7 +61,9 @@ class SceneGraphNodelet : public StageNodelet {
   void runJob(const Job& job);
   void startTopics();
   void startTunables();
-  void check() override { watch_->check(); }
+  void check() override;
+  /// Sends the frames of objects; tf forgets what is not repeated.
+  void sendObjectFrames();
   /// END flushes the whole chain and writes the map.
   msg::FlushResponse flush(const msg::FlushRequest& request,
                            const ros_interface::Patience& patience) override;
@@ -88,9 +74,12 @@ class SceneGraphNodelet : public StageNodelet {
   void onPlaces(const msg::PlaceGraphConstPtr& message);
   /// @throws config::ConfigError for values out of range.
   void onTunables(const Tunables& tunables);
-  void noteTuned(const scene_graph::SceneGraphConfig& config);
+  void noteTuned(const TunedConfig& config);
   void process(const Job& job);
   void publish(const scene_graph::SceneGraphPtr& graph);
+  /// Says how many clusters the score keeps from the graph: merging must hide nothing without a
+  /// word.
+  void reportHidden(const scene_graph::SceneGraph& graph, bool is_logged);
   bool saveMap(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   /// What the map of now holds, stage by stage, and what it lacks.
   ros_interface::FlushedStages flushChain(std::uint8_t mode,
@@ -118,8 +107,8 @@ class SceneGraphNodelet : public StageNodelet {
   SceneGraphNodeletConfig config_;
   std::shared_ptr<language::WordEncoder> encoder_;
   std::unique_ptr<scene_graph::SceneGraphBuilder> builder_;  ///< the worker's own
-  std::unique_ptr<ros_interface::SceneGraphMarkers> markers_;
-  std::chrono::steady_clock::time_point newest_findings_;  ///< the worker's own
+  std::chrono::steady_clock::time_point newest_findings_;    ///< the worker's own
+  bool is_tuned_ = false;                                    ///< the worker's own
   std::mutex graph_mutex_;
   scene_graph::SceneGraphPtr graph_;
   std::atomic<std::uint64_t> num_resets_{0};  ///< of the builder
@@ -127,8 +116,8 @@ class SceneGraphNodelet : public StageNodelet {
   scene_graph::SceneGraphPtr graph_at_end_;   ///< ... and what they hold
   ros_interface::Arrivals primitives_;
   ros_interface::Arrivals places_;
-  ros::Publisher graph_publisher_;
-  ros::Publisher marker_publisher_;
+  std::unique_ptr<ros_interface::SceneGraphPublisher> publisher_;
+  ros::Publisher tf_publisher_;  ///< with object_frames only
   ros::ServiceServer save_server_;
   std::unique_ptr<ros_interface::TopicWatch> watch_;
   std::unique_ptr<ros_interface::Worker<Job>> worker_;
@@ -173,8 +162,6 @@ void SceneGraphNodelet::start() {
       std::make_unique<scene_graph::SceneGraphBuilder>(config_.scene_graph, config_.world_frame);
   encoder_ = std::make_shared<language::WordEncoder>(config_.models.string());
   setTasks();
-  markers_ =
-      std::make_unique<ros_interface::SceneGraphMarkers>(config_.markers, config_.world_frame);
   worker_ =
       std::make_unique<ros_interface::Worker<Job>>(10000, [this](const Job& job) { process(job); });
   startTopics();
@@ -191,7 +178,8 @@ void SceneGraphNodelet::setTasks() {
 void SceneGraphNodelet::startInterface() {
   interface_handle_ = ros::NodeHandle(getPrivateNodeHandle());
   interface_handle_.setCallbackQueue(&interface_queue_);
-  const GraphAccess access{[this] { return graph(); }, [this](const Job& job) { runJob(job); }};
+  const GraphAccess access{[this] { return graph(); }, [this](const Job& job) { runJob(job); },
+                           [this](const std::string& name) { return upstreamServices(name); }};
   tasks_ = std::make_unique<TaskServices>(
       getPrivateNodeHandle(), interface_handle_, access, encoder_,
       TaskServices::Files{config_.object_tasks, config_.place_tasks});
@@ -214,9 +202,13 @@ void SceneGraphNodelet::runJob(const Job& job) {
 
 void SceneGraphNodelet::startTopics() {
   ros::NodeHandle& handle = getNodeHandle();
-  graph_publisher_ = handle.advertise<msg::SceneGraph>("scene_graph", 10, true);
-  marker_publisher_ =
-      handle.advertise<visualization_msgs::MarkerArray>("scene_graph_markers", 10, true);
+  publisher_ = std::make_unique<ros_interface::SceneGraphPublisher>(
+      handle, report(),
+      ros_interface::SceneGraphPublisher::Options{config_.world_frame, config_.with_embeddings,
+                                                  config_.markers});
+  if (!config_.object_frames.empty()) {
+    tf_publisher_ = handle.advertise<tf2_msgs::TFMessage>("/tf", 100);
+  }
   startTunables();
   // Debian 11's nodelet queue takes nothing before the nodelet has started: latched messages are
   // lost.
@@ -235,13 +227,24 @@ void SceneGraphNodelet::startTopics() {
 }
 
 void SceneGraphNodelet::startTunables() {
-  Tunables initial = Tunables::__getDefault__();
-  copyTunables(config_.scene_graph, initial);
   tunables_ = std::make_unique<ros_interface::ReconfigureServer<Tunables>>(
-      getPrivateNodeHandle(), initial,
+      getPrivateNodeHandle(), toTunables({config_.scene_graph, config_.markers}),
       ros_interface::ReconfigureServer<Tunables>::Callbacks{
           [this](const Tunables& tunables) { onTunables(tunables); },
           [this](const std::string& problem) { report().warn(problem, problem); }});
+}
+
+void SceneGraphNodelet::check() {
+  watch_->check();
+  sendObjectFrames();
+}
+
+void SceneGraphNodelet::sendObjectFrames() {
+  const scene_graph::SceneGraphPtr newest = graph();
+  if (config_.object_frames.empty() || newest == nullptr) return;
+  const auto frames =
+      ros_interface::toObjectFrames(*newest, config_.object_frames, ros::Time::now());
+  if (!frames.transforms.empty()) tf_publisher_.publish(frames);
 }
 
 void SceneGraphNodelet::onPrimitives(const msg::ObjectPrimitivesConstPtr& message) {
@@ -271,17 +274,24 @@ void SceneGraphNodelet::onPlaces(const msg::PlaceGraphConstPtr& message) {
 }
 
 void SceneGraphNodelet::onTunables(const Tunables& tunables) {
-  scene_graph::SceneGraphConfig config = config_.scene_graph;
-  copyTunables(tunables, config);
-  config::validate(config, getName());
+  const TunedConfig config =
+      fromTunables(tunables, {config_.scene_graph, config_.markers}, getName());
   noteTuned(config);
-  worker_->pushOrder(
-      [config](scene_graph::SceneGraphBuilder& builder) { builder.setConfig(config); });
+  worker_->pushOrder([this, config](scene_graph::SceneGraphBuilder& builder) {
+    builder.setConfig(config.graph);
+    is_tuned_ = true;
+    publisher_->setMarkerConfig(config.markers, tasks_->numbers());
+  });
 }
 
-void SceneGraphNodelet::noteTuned(const scene_graph::SceneGraphConfig& config) {
+void SceneGraphNodelet::noteTuned(const TunedConfig& config) {
   std::map<std::string, std::string> values;
-  for (const auto& setting : config::listSettings(config, {})) values[setting.name] = setting.value;
+  for (const auto& setting : config::listSettings(config.graph, {})) {
+    values[setting.name] = setting.value;
+  }
+  for (const auto& setting : config::listSettings(config.markers, {})) {
+    values["markers/" + setting.name] = setting.value;
+  }
   config::StageSettings all = settings();
   for (auto& setting : all.settings) {
     const auto found = values.find(setting.name);
@@ -314,22 +324,39 @@ void SceneGraphNodelet::publish(const scene_graph::SceneGraphPtr& graph) {
     if (graph == graph_) return;
     graph_ = graph;
   }
-  graph_publisher_.publish(
-      ros_interface::toMessage(*graph, config_.world_frame, config_.with_embeddings));
-  marker_publisher_.publish(markers_->update(*graph, tasks_->numbers()));
+  publisher_->publish(graph, tasks_->numbers());
   tasks_->publish(*graph);
+  sendObjectFrames();
   report().set("primitives", std::to_string(graph->primitives.size()));
   report().set("objects", std::to_string(graph->objects.size()));
   report().set("places", std::to_string(graph->places->places.size()));
   report().set("regions", std::to_string(graph->regions.size()));
   const auto now = std::chrono::steady_clock::now();
+  if (std::exchange(is_tuned_, false)) reportHidden(*graph, true);
   if (now - newest_findings_ < kFindingsPeriod) return;
+  reportHidden(*graph, false);
   newest_findings_ = now;
   std::map<std::string, std::string> findings;
   for (const auto& finding : plausibility::checkGraph(*builder_, *graph)) {
     findings.emplace(finding.check, plausibility::toText(finding));
   }
   report().setFindings(std::move(findings));
+}
+
+void SceneGraphNodelet::reportHidden(const scene_graph::SceneGraph& graph, bool is_logged) {
+  const auto clusters = builder_->computeObjectClusters();
+  const auto serving = std::count_if(clusters.begin(), clusters.end(),
+                                     [](const auto& cluster) { return cluster.task > 0; });
+  const auto hidden = static_cast<std::size_t>(serving) - graph.objects.size();
+  std::ostringstream text;
+  text << hidden << " of " << serving << " clusters that serve a task: the cosine of their mean is "
+       << "below " << graph.config.publishedFrom() << " (min_object_score)";
+  report().set("objects hidden", hidden == 0 ? "0" : text.str());
+  if (is_logged) {
+    NODELET_INFO_STREAM("[" << getName()
+                            << "] tuned: " << formatCount(graph.objects.size(), "object")
+                            << "; hidden: " << text.str());
+  }
 }
 
 msg::FlushResponse SceneGraphNodelet::flush(const msg::FlushRequest& request,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <atomic>
+#include <boost/make_shared.hpp>
 #include <cstdint>
 #include <pluginlib/class_list_macros.hpp>
 
@@ -40,6 +41,7 @@ class SegmenterNodelet : public StageNodelet {
 
   void onImage(const ros_interface::SourceImage& image);
   void process(const Item& item);
+  bool serveEmbed(msg::EmbedImageRequest& request, msg::EmbedImageResponse& response);
   void publishOverlay(const ColorImage& color, const Segmentation& segmentation,
                       const std::string& frame);
 
@@ -49,6 +51,7 @@ class SegmenterNodelet : public StageNodelet {
   std::atomic<std::uint64_t> sequence_{0};  ///< of the newest message
   ros::Publisher publisher_;
   ros::Publisher overlay_publisher_;
+  ros::ServiceServer embed_server_;
   std::unique_ptr<ros_interface::TopicWatch> watch_;
   std::unique_ptr<ros_interface::Worker<Item>> worker_;
   std::unique_ptr<ros_interface::ImageSubscriber> subscriber_;
@@ -67,6 +70,8 @@ void SegmenterNodelet::start() {
       segmentation::loadModelSet(config.models.string()), config.segmenter);
   publisher_ = getNodeHandle().advertise<msg::Segmentation>(config.input.segmentation_topic, 100);
   overlay_publisher_ = getNodeHandle().advertise<sensor_msgs::Image>("segmentation_overlay", 2);
+  embed_server_ =
+      serviceHandle().advertiseService("embed_image", &SegmenterNodelet::serveEmbed, this);
   worker_ =
       std::make_unique<ros_interface::Worker<Item>>(1, [this](const Item& item) { process(item); });
   watch_ = std::make_unique<ros_interface::TopicWatch>(report(), config.input.patience_s);
@@ -115,6 +120,19 @@ void SegmenterNodelet::process(const Item& item) {
   } catch (const std::exception& e) {
     report().countDropped("error", std::string("dropped an image: ") + e.what());
   }
+}
+
+bool SegmenterNodelet::serveEmbed(msg::EmbedImageRequest& request,
+                                  msg::EmbedImageResponse& response) {
+  try {
+    const auto image = boost::make_shared<sensor_msgs::Image>(request.image);
+    const ColorImage color = ros_interface::toColorImage(image, "embed_image");
+    response.embedding = ros_interface::toFloats(segmenter_->embed(color));
+    response.success = 1;
+  } catch (const std::exception& e) {
+    response.message = e.what();
+  }
+  return true;
 }
 
 void SegmenterNodelet::publishOverlay(const ColorImage& color, const Segmentation& segmentation,

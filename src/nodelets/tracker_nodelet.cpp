@@ -5,6 +5,7 @@
 #include <optional>
 #include <pluginlib/class_list_macros.hpp>
 
+#include "grasp_services.h"
 #include "stage_nodelet.h"
 #include "task_scene_graph/plausibility/embedding_checks.h"
 #include "task_scene_graph/ros/arrivals.h"
@@ -45,9 +46,13 @@ class TrackerNodelet : public StageNodelet {
   void onSegmentation(const msg::SegmentationConstPtr& message);
   void enqueue(std::optional<ros_interface::FrameMatcher::Match> match);
   void process(const Job& job);
+  void onFrame(RgbdFramePtr frame);
+  void onJumpBack();
   void track(const ros_interface::FrameMatcher::Match& match);
   void describe();
-  void publish(TrackedFrame tracked);
+  void finish();
+  void publish(const TrackedFrame& tracked);
+  void shiftIds(TrackedFrame& tracked);
   void reportCounters();
   void reportFindings();
   void startAnew();
@@ -69,6 +74,7 @@ class TrackerNodelet : public StageNodelet {
   ros::Publisher publisher_;
   std::unique_ptr<ros_interface::FrameMatcher> matcher_;
   std::unique_ptr<ros_interface::TopicWatch> watch_;
+  std::unique_ptr<GraspServices> grasp_;
   std::unique_ptr<ros_interface::Worker<Job>> worker_;
   std::unique_ptr<ros_interface::RgbdInput> input_;
   ros::Subscriber subscriber_;
@@ -81,23 +87,29 @@ void TrackerNodelet::start() {
   matcher_ =
       std::make_unique<ros_interface::FrameMatcher>(static_cast<std::size_t>(config_.frame_cache));
   publisher_ = getNodeHandle().advertise<msg::Tracks>("tracks", 0);  // no bound: none may drop
+  grasp_ = std::make_unique<GraspServices>(getPrivateNodeHandle(), config_.input.world_frame);
   worker_ = std::make_unique<ros_interface::Worker<Job>>(
       static_cast<std::size_t>(config_.queue_size), [this](const Job& job) { process(job); });
   input_ = std::make_unique<ros_interface::RgbdInput>(
       getNodeHandle(), config_.input, report(),
-      ros_interface::RgbdInput::Callbacks{[this](RgbdFramePtr frame) {
-                                            if (!isPaused())
-                                              enqueue(matcher_->addFrame(std::move(frame)));
-                                          },
-                                          [this] {
-                                            segmentations_epoch_.startEpoch();
-                                            matcher_->startEpoch(segmentations_epoch_.epoch());
-                                            worker_->pushOrder({{}, Request::kStartEpoch});
-                                          }});
+      ros_interface::RgbdInput::Callbacks{[this](RgbdFramePtr frame) { onFrame(std::move(frame)); },
+                                          [this] { onJumpBack(); }});
   subscriber_ = getNodeHandle().subscribe(config_.input.segmentation_topic, 100,
                                           &TrackerNodelet::onSegmentation, this);
   watch_ = std::make_unique<ros_interface::TopicWatch>(report(), config_.input.patience_s);
   watch_->add(subscriber_, config_.input.segmentation_topic, "task_scene_graph/Segmentation");
+}
+
+void TrackerNodelet::onFrame(RgbdFramePtr frame) {
+  if (isPaused()) return;
+  grasp_->noteFrame(frame->stamp);
+  enqueue(matcher_->addFrame(std::move(frame)));
+}
+
+void TrackerNodelet::onJumpBack() {
+  segmentations_epoch_.startEpoch();
+  matcher_->startEpoch(segmentations_epoch_.epoch());
+  worker_->pushOrder({{}, Request::kStartEpoch});
 }
 
 void TrackerNodelet::onSegmentation(const msg::SegmentationConstPtr& message) {
@@ -129,10 +141,10 @@ void TrackerNodelet::process(const Job& job) {
         describe();
         break;
       case Request::kEnd:
-        publish(tracker_->finish());
+        finish();
         break;
       case Request::kStartEpoch:
-        publish(tracker_->finish());
+        finish();
         startAnew();
         ++epoch_;
         break;
@@ -151,12 +163,13 @@ void TrackerNodelet::process(const Job& job) {
 void TrackerNodelet::track(const ros_interface::FrameMatcher::Match& match) {
   const ros_interface::StageTimer timer;
   const auto before = tracker_->counters();
-  TrackedFrame tracked =
-      tracker_->update(*match.frame, *alignToFrame(*match.frame, match.segmentation));
+  const SegmentationPtr aligned = alignToFrame(*match.frame, match.segmentation);
+  TrackedFrame tracked = tracker_->update(*match.frame, *aligned);
   tracked.provisional = tracker_->describeLiveTracks(false);
   const auto& counters = tracker_->counters();
   newest_ = match.frame->stamp;
-  publish(std::move(tracked));
+  shiftIds(tracked);
+  publish(tracked);
   if (counters.invalid_frames > before.invalid_frames) {
     report().countDropped("unusable for the tracker",
                           "the tracker refused a frame: its label image, depth or camera differ in "
@@ -165,6 +178,7 @@ void TrackerNodelet::track(const ros_interface::FrameMatcher::Match& match) {
   } else if (counters.out_of_order_frames > before.out_of_order_frames) {
     report().countDropped("not later than the frame before");
   } else {
+    grasp_->setView({match.frame, aligned, tracked.segment_tracks, input_->cameraFrame()});
     report().countProcessed(timer.elapsedMs());
   }
 }
@@ -175,10 +189,17 @@ void TrackerNodelet::describe() {
   tracked.provisional = tracker_->describeLiveTracks(true);
   tracked.live = tracker_->liveIds();
   tracked.is_snapshot = true;
-  publish(std::move(tracked));
+  shiftIds(tracked);
+  publish(tracked);
 }
 
-void TrackerNodelet::publish(TrackedFrame tracked) {
+void TrackerNodelet::finish() {
+  TrackedFrame tracked = tracker_->finish();
+  shiftIds(tracked);
+  publish(tracked);
+}
+
+void TrackerNodelet::shiftIds(TrackedFrame& tracked) {
   const auto shift = [this](TrackId& id) {
     if (id.isValid()) id.value += id_offset_;
     largest_id_ = std::max(largest_id_, id.value);
@@ -187,6 +208,9 @@ void TrackerNodelet::publish(TrackedFrame tracked) {
   for (auto& id : tracked.live) shift(id);
   for (auto& track : tracked.finished) shift(track.id);
   for (auto& track : tracked.provisional) shift(track.id);
+}
+
+void TrackerNodelet::publish(const TrackedFrame& tracked) {
   num_live_ = tracked.live.size();
   const msg::TracksPtr message = ros_interface::toMessage(tracked, input_->cameraFrame());
   message->sequence = ++sequence_;
@@ -216,6 +240,7 @@ void TrackerNodelet::reportFindings() {
 void TrackerNodelet::startAnew() {
   tracker_ = std::make_unique<tracking::Tracker>(config_.tracker);
   id_offset_ = largest_id_;
+  grasp_->forget();
 }
 
 void TrackerNodelet::check() {

@@ -95,6 +95,7 @@ msg::AskResponse toMessage(const scene_graph::Answers& answers,
   }
   message.is_found = scene_graph::isFound(answers, graph.config) ? 1 : 0;
   message.alpha = static_cast<float>(graph.config.object_alpha);
+  message.place_alpha = static_cast<float>(graph.config.place_alpha);
   message.header.frame_id = graph.world_frame;
   message.header.stamp = toRosTime(graph.stamp);
   return message;

@@ -3,9 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <numeric>
+#include <string>
+#include <tuple>
+#include <type_traits>
 #include <utility>
+#include <vector>
 
+#include "task_scene_graph/core/find_by_id.h"
 #include "task_scene_graph/ros/geometry_conversions.h"
 
 namespace tsg::ros_interface {
@@ -53,32 +60,231 @@ std::vector<Strip> cutIntoStrips(const std::vector<Eigen::Vector2d>& polygon_m) 
   return strips;
 }
 
-/// Draws one graph into one array.
+enum Kind {
+  kObject,
+  kLabel,
+  kObjectEdges,
+  kPlaces,
+  kPlaceEdges,
+  kRegion,
+  kRegionPlaces,
+  kRegionEdges
+};
+
+/// One label for objects of one task that stand together.
+struct LabelGroup {
+  std::uint64_t id = 0;  ///< of its first object
+  std::string task;
+  std::size_t count = 0;
+  Eigen::Vector3d center_m = Eigen::Vector3d::Zero();  ///< mean of the boxes' centres
+  double top_m = -std::numeric_limits<double>::infinity();
+};
+
+/// Objects of one task are together if a chain of them with steps of at most `distance_m` between
+/// the boxes' centres joins them. By id. O(n log n + pairs of a task that are that near along x).
+std::vector<LabelGroup> groupLabels(const std::vector<scene_graph::SceneObject>& objects,
+                                    double distance_m) {
+  std::vector<std::size_t> order(objects.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const auto x_m = [&](std::size_t i) { return objects[i].box.center().x(); };
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return std::make_tuple(objects[a].task_index, x_m(a), a) <
+           std::make_tuple(objects[b].task_index, x_m(b), b);
+  });
+  std::vector<std::size_t> first(objects.size());  // of the group, or on the way there
+  std::iota(first.begin(), first.end(), std::size_t{0});
+  const auto findFirst = [&](std::size_t i) {
+    while (first[i] != i) i = first[i] = first[first[i]];
+    return i;
+  };
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    for (std::size_t m = k + 1; m < order.size(); ++m) {
+      const auto &a = objects[order[k]], &b = objects[order[m]];
+      if (a.task_index != b.task_index || x_m(order[m]) - x_m(order[k]) > distance_m) break;
+      if ((a.box.center() - b.box.center()).norm() > distance_m) continue;
+      const auto [low, high] = std::minmax({findFirst(order[k]), findFirst(order[m])});
+      first[high] = low;
+    }
+  }
+  std::map<std::size_t, LabelGroup> groups;
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    LabelGroup& group = groups[findFirst(i)];
+    if (group.count++ == 0) group.id = objects[i].id.value;
+    group.task = objects[i].task;
+    group.center_m += objects[i].box.center();
+    group.top_m = std::max(group.top_m, objects[i].box.max().z());
+  }
+  std::vector<LabelGroup> list;
+  for (auto& [index, group] : groups) {
+    group.center_m /= static_cast<double>(group.count);
+    list.push_back(std::move(group));
+  }
+  return list;
+}
+
+/// The bytes of what something is drawn of.
+class Look {
+ public:
+  template <typename Number>
+  Look& add(Number value) {
+    static_assert(std::is_arithmetic_v<Number>);
+    bytes_.append(reinterpret_cast<const char*>(&value), sizeof(value));
+    return *this;
+  }
+  Look& add(const Eigen::Vector3d& p_m) { return add(p_m.x()).add(p_m.y()).add(p_m.z()); }
+  Look& add(const std::string& text) {
+    add(text.size());
+    bytes_ += text;
+    return *this;
+  }
+  std::string take() { return std::move(bytes_); }
+
+ private:
+  std::string bytes_;
+};
+
+/// Draws parts of one graph into one array.
 class Painter {
  public:
   Painter(const scene_graph::SceneGraph& graph, const MarkerConfig& config, std::string frame,
           TaskNumbers& numbers)
-      : graph_(graph), config_(config), frame_(std::move(frame)) {
+      : graph_(graph),
+        config_(config),
+        frame_(std::move(frame)),
+        region_of_place_(scene_graph::computeRegionOfPlaces(graph)) {
     for (const auto& task : graph_.object_tasks) {
       color_of_task_.push_back(static_cast<int>(numbers.find(task)) - 1);
     }
-    for (const auto& place : graph_.places->places) place_positions_[place.id] = liftPlace(place);
+  }
+
+  /// Calls `draw(kind, id, look, paint)` for each group of markers; `paint()` draws it.
+  template <typename Draw>
+  void visit(const Draw& draw) {
+    for (const auto& object : graph_.objects) {
+      draw(kObject, object.id.value, lookOf(object), [&] { paintObject(object); });
+    }
+    for (const LabelGroup& group : groupLabels(graph_.objects, config_.label_distance_m)) {
+      draw(kLabel, group.id, lookOf(group), [&] { paintLabel(group); });
+    }
+    visitChunks(
+        graph_.objects, [](const auto& object) { return object.id.value; },
+        [&](std::uint64_t chunk, auto begin, auto end) {
+          draw(kObjectEdges, chunk, lookOfObjectEdges(begin, end),
+               [&] { paintObjectEdges(chunk, begin, end); });
+        });
+    visitPlaces(draw);
     for (const auto& region : graph_.regions) {
-      region_positions_[region.id] = liftRegion(region);
-      for (const auto id : region.places) region_of_place_[id] = region.id;
+      draw(kRegion, region.id.value, lookOf(region), [&] { paintRegion(region); });
+    }
+    draw(kRegionEdges, 0, lookOfRegionEdges(), [&] { paintRegionEdges(); });
+  }
+
+  std::vector<Marker> takeMarkers() { return std::exchange(markers_, {}); }
+
+ private:
+  template <typename Draw>
+  void visitPlaces(const Draw& draw) {
+    const auto idOf = [](const Place& place) { return place.id.value; };
+    visitChunks(graph_.places->places, idOf, [&](std::uint64_t chunk, auto begin, auto end) {
+      draw(kPlaces, chunk, lookOfPlaces(begin, end), [&] { paintPlaces(chunk, begin, end); });
+      draw(kRegionPlaces, chunk, lookOfRegionPlaces(begin, end),
+           [&] { paintRegionPlaces(chunk, begin, end); });
+    });
+    const auto startOf = [](const PlaceEdge& edge) { return edge.a.value; };
+    visitChunks(graph_.places->edges, startOf, [&](std::uint64_t chunk, auto begin, auto end) {
+      draw(kPlaceEdges, chunk, lookOfPlaceEdges(begin, end),
+           [&] { paintPlaceEdges(chunk, begin, end); });
+    });
+  }
+
+  /// Calls `use(chunk, begin, end)` for each run of items whose ids, ascending, are in one chunk.
+  template <typename List, typename IdOf, typename Use>
+  static void visitChunks(const List& list, const IdOf& idOf, const Use& use) {
+    const auto chunkOf = [&](const auto& item) { return idOf(item) / SceneGraphMarkers::kChunk; };
+    for (auto begin = list.begin(); begin != list.end();) {
+      const std::uint64_t chunk = chunkOf(*begin);
+      const auto end =
+          std::find_if(begin, list.end(), [&](const auto& item) { return chunkOf(item) != chunk; });
+      use(chunk, begin, end);
+      begin = end;
     }
   }
 
-  visualization_msgs::MarkerArray paint() {
-    for (const auto& object : graph_.objects) paintObject(object);
-    paintObjectEdges();
-    paintPlaces();
-    for (const auto& region : graph_.regions) paintRegion(region);
-    paintRegionEdges();
-    return std::move(array_);
+  using Objects = std::vector<scene_graph::SceneObject>::const_iterator;
+  using Places = std::vector<Place>::const_iterator;
+  using Edges = std::vector<PlaceEdge>::const_iterator;
+
+  const Place* findPlace(PlaceId id) const {
+    const auto& places = graph_.places->places;
+    const auto found = findById(places, id, [](const Place& place) { return place.id; });
+    return found == places.end() ? nullptr : &*found;
+  }
+  const scene_graph::Region* findRegion(RegionId id) const {
+    const auto found = findById(graph_.regions, id, [](const auto& region) { return region.id; });
+    return found == graph_.regions.end() ? nullptr : &*found;
+  }
+  const scene_graph::Region* findRegion(Places place) const {
+    return findRegion(
+        region_of_place_[static_cast<std::size_t>(place - graph_.places->places.begin())]);
   }
 
- private:
+  std::string lookOf(const scene_graph::SceneObject& object) const {
+    return Look()
+        .add(Eigen::Vector3d(object.box.min()))
+        .add(Eigen::Vector3d(object.box.max()))
+        .add(colorOf(object))
+        .take();
+  }
+  static std::string lookOf(const LabelGroup& group) {
+    return Look().add(group.task).add(group.count).add(group.center_m).add(group.top_m).take();
+  }
+  std::string lookOfObjectEdges(Objects begin, Objects end) const {
+    Look look;
+    for (auto object = begin; object != end; ++object) {
+      look.add(object->id.value).add(Eigen::Vector3d(object->box.center()));
+      const Place* place = findPlace(object->place);
+      if (place != nullptr) look.add(place->position_m);
+    }
+    return look.take();
+  }
+  std::string lookOfPlaces(Places begin, Places end) const {
+    Look look;
+    for (auto place = begin; place != end; ++place) {
+      const scene_graph::Region* region = findRegion(place);
+      look.add(place->position_m).add(region == nullptr ? -1 : colorOf(*region));
+    }
+    return look.take();
+  }
+  std::string lookOfRegionPlaces(Places begin, Places end) const {
+    Look look;
+    for (auto place = begin; place != end; ++place) {
+      const scene_graph::Region* region = findRegion(place);
+      look.add(place->position_m);
+      if (region != nullptr) look.add(region->id.value).add(region->position_m);
+    }
+    return look.take();
+  }
+  std::string lookOfPlaceEdges(Edges begin, Edges end) const {
+    Look look;
+    for (auto edge = begin; edge != end; ++edge) {
+      look.add(findPlace(edge->a)->position_m).add(findPlace(edge->b)->position_m);
+    }
+    return look.take();
+  }
+  static std::string lookOf(const scene_graph::Region& region) {
+    Look look;
+    look.add(region.position_m).add(region.task);
+    for (const auto& corner_m : region.footprint_m) look.add(corner_m.x()).add(corner_m.y());
+    return look.take();
+  }
+  std::string lookOfRegionEdges() const {
+    Look look;
+    for (const auto& edge : graph_.region_edges) {
+      look.add(liftRegion(*findRegion(edge.a))).add(liftRegion(*findRegion(edge.b)));
+    }
+    return look.take();
+  }
+
   Eigen::Vector3d liftObject(const scene_graph::SceneObject& object) const {
     return object.box.center() + Eigen::Vector3d(0.0, 0.0, config_.object_lift_m);
   }
@@ -107,8 +313,8 @@ class Painter {
     marker.pose.orientation.w = 1.0;
     marker.scale.x = marker.scale.y = marker.scale.z = scale_m;
     marker.color = color;
-    array_.markers.push_back(std::move(marker));
-    return array_.markers.back();
+    markers_.push_back(std::move(marker));
+    return markers_.back();
   }
 
   void addText(const std::string& ns, std::uint64_t id, const Eigen::Vector3d& position_m,
@@ -137,8 +343,16 @@ class Painter {
     paintFrame(object);
     add("object_nodes", object.id.value, Marker::CUBE, 0.12, computeColor(colorOf(object), 1.0F))
         .pose.position = toPoint(node);
-    addText("object_labels", object.id.value, node + Eigen::Vector3d(0.0, 0.0, 0.2), object.task,
-            1.0);
+  }
+
+  /// At the nodes, and above the boxes themselves.
+  void paintLabel(const LabelGroup& group) {
+    const std::string number = group.count == 1 ? "" : " (" + std::to_string(group.count) + ")";
+    const Eigen::Vector3d node(0.0, 0.0, config_.object_lift_m + 0.2);
+    addText("object_labels", group.id, group.center_m + node, group.task + number, 1.0);
+    const Eigen::Vector3d above(group.center_m.x(), group.center_m.y(),
+                                group.top_m + config_.text_height_m);
+    addText("object_box_labels", group.id, above, group.task + number, 0.7);
   }
 
   /// The twelve edges of the object's box.
@@ -154,32 +368,45 @@ class Painter {
     }
   }
 
-  void paintObjectEdges() {
-    Marker& to_box = add("object_edges", 0, Marker::LINE_LIST, 0.01, computeColor(-1, 0.6F));
-    for (const auto& object : graph_.objects) {
-      addLine(to_box, object.box.center(), liftObject(object));
+  void paintObjectEdges(std::uint64_t chunk, Objects begin, Objects end) {
+    Marker& to_box = add("object_edges", chunk, Marker::LINE_LIST, 0.01, computeColor(-1, 0.6F));
+    for (auto object = begin; object != end; ++object) {
+      addLine(to_box, object->box.center(), liftObject(*object));
     }
     Marker& to_place =
-        add("object_place_edges", 0, Marker::LINE_LIST, 0.015, computeColor(-1, 0.6F));
-    for (const auto& object : graph_.objects) {
-      const auto place = place_positions_.find(object.place);
-      if (place != place_positions_.end()) addLine(to_place, liftObject(object), place->second);
+        add("object_place_edges", chunk, Marker::LINE_LIST, 0.015, computeColor(-1, 0.6F));
+    for (auto object = begin; object != end; ++object) {
+      const Place* place = findPlace(object->place);
+      if (place != nullptr) addLine(to_place, liftObject(*object), liftPlace(*place));
     }
     dropIfEmpty();
   }
 
-  void paintPlaces() {
-    Marker& spheres = add("places", 0, Marker::SPHERE_LIST, 0.15, computeColor(-1, 1.0F));
-    for (const auto& place : graph_.places->places) {
-      spheres.points.push_back(toPoint(place_positions_.at(place.id)));
-      const auto region = region_of_place_.find(place.id);
-      const int color =
-          region == region_of_place_.end() ? -1 : static_cast<int>(region->second.value - 1);
-      spheres.colors.push_back(computeColor(color, 1.0F));
+  void paintPlaces(std::uint64_t chunk, Places begin, Places end) {
+    Marker& spheres = add("places", chunk, Marker::SPHERE_LIST, 0.15, computeColor(-1, 1.0F));
+    for (auto place = begin; place != end; ++place) {
+      spheres.points.push_back(toPoint(liftPlace(*place)));
+      const scene_graph::Region* region = findRegion(place);
+      spheres.colors.push_back(computeColor(region == nullptr ? -1 : colorOf(*region), 1.0F));
     }
-    Marker& lines = add("place_edges", 0, Marker::LINE_LIST, 0.02, computeColor(-1, 0.9F));
-    for (const auto& edge : graph_.places->edges) {
-      addLine(lines, place_positions_.at(edge.a), place_positions_.at(edge.b));
+  }
+
+  void paintPlaceEdges(std::uint64_t chunk, Edges begin, Edges end) {
+    Marker& lines = add("place_edges", chunk, Marker::LINE_LIST, 0.02, computeColor(-1, 0.9F));
+    for (auto edge = begin; edge != end; ++edge) {
+      addLine(lines, liftPlace(*findPlace(edge->a)), liftPlace(*findPlace(edge->b)));
+    }
+  }
+
+  /// From the places to the nodes of their regions.
+  void paintRegionPlaces(std::uint64_t chunk, Places begin, Places end) {
+    Marker& lines =
+        add("region_place_edges", chunk, Marker::LINE_LIST, 0.01, computeColor(-1, 0.5F));
+    for (auto place = begin; place != end; ++place) {
+      const scene_graph::Region* region = findRegion(place);
+      if (region == nullptr) continue;
+      addLine(lines, liftRegion(*region), liftPlace(*place));
+      lines.colors.insert(lines.colors.end(), 2, computeColor(colorOf(*region), 0.5F));
     }
     dropIfEmpty();
   }
@@ -191,13 +418,6 @@ class Painter {
         .pose.position = toPoint(node);
     addText("region_labels", region.id.value, node + Eigen::Vector3d(0.0, 0.0, 0.45),
             region.task.empty() ? "region " + std::to_string(region.id.value) : region.task, 1.4);
-    Marker& lines = add("region_place_edges", region.id.value, Marker::LINE_LIST, 0.01,
-                        computeColor(colorOf(region), 0.5F));
-    for (const auto id : region.places) {
-      const auto place = place_positions_.find(id);
-      if (place != place_positions_.end()) addLine(lines, node, place->second);
-    }
-    dropIfEmpty();
   }
 
   /// Its floor, filled, with its outline, at the height of its places.
@@ -230,7 +450,7 @@ class Painter {
   void paintRegionEdges() {
     Marker& lines = add("region_edges", 0, Marker::LINE_LIST, 0.05, computeColor(-1, 1.0F));
     for (const auto& edge : graph_.region_edges) {
-      addLine(lines, region_positions_.at(edge.a), region_positions_.at(edge.b));
+      addLine(lines, liftRegion(*findRegion(edge.a)), liftRegion(*findRegion(edge.b)));
     }
     dropIfEmpty();
   }
@@ -242,19 +462,37 @@ class Painter {
               marker.type == Marker::TRIANGLE_LIST) &&
              marker.points.empty();
     };
-    auto& markers = array_.markers;
-    markers.erase(std::remove_if(markers.begin(), markers.end(), is_empty), markers.end());
+    markers_.erase(std::remove_if(markers_.begin(), markers_.end(), is_empty), markers_.end());
   }
 
   const scene_graph::SceneGraph& graph_;
   const MarkerConfig& config_;
   const std::string frame_;
+  const std::vector<RegionId> region_of_place_;
   std::vector<int> color_of_task_;
-  std::map<PlaceId, Eigen::Vector3d> place_positions_;
-  std::map<RegionId, Eigen::Vector3d> region_positions_;
-  std::map<PlaceId, RegionId> region_of_place_;
-  visualization_msgs::MarkerArray array_;
+  std::vector<Marker> markers_;
 };
+
+Marker makeDeletion(const std::string& frame, const std::string& ns, int id, int action) {
+  Marker gone;
+  gone.header.frame_id = frame;
+  gone.ns = ns;
+  gone.id = id;
+  gone.action = action;
+  gone.pose.orientation.w = 1.0;
+  return gone;
+}
+
+/// Deletes the markers of `before` that are not in `after`.
+void deleteMissing(const std::vector<Marker>& before, const std::vector<Marker>& after,
+                   const std::string& frame, std::vector<Marker>& changes) {
+  for (const Marker& old : before) {
+    const bool is_there = std::any_of(after.begin(), after.end(), [&](const Marker& marker) {
+      return marker.id == old.id && marker.ns == old.ns;
+    });
+    if (!is_there) changes.push_back(makeDeletion(frame, old.ns, old.id, Marker::DELETE));
+  }
+}
 
 }  // namespace
 
@@ -276,22 +514,49 @@ std_msgs::ColorRGBA computeColor(int index, float alpha) {
   return color;
 }
 
+void SceneGraphMarkers::setConfig(const MarkerConfig& config) {
+  config_ = config;
+  for (auto& [key, group] : groups_) group.update = 0;
+}
+
 visualization_msgs::MarkerArray SceneGraphMarkers::update(const scene_graph::SceneGraph& graph,
                                                           TaskNumbers& numbers) {
-  visualization_msgs::MarkerArray array = Painter(graph, config_, world_frame_, numbers).paint();
-  std::set<std::pair<std::string, int>> now;
-  for (const auto& marker : array.markers) now.emplace(marker.ns, marker.id);
-  for (const auto& [ns, id] : shown_) {
-    if (now.count({ns, id}) > 0) continue;
-    visualization_msgs::Marker gone;
-    gone.header.frame_id = world_frame_;
-    gone.ns = ns;
-    gone.id = id;
-    gone.action = visualization_msgs::Marker::DELETE;
-    gone.pose.orientation.w = 1.0;
-    array.markers.push_back(gone);
+  visualization_msgs::MarkerArray changes;
+  Painter painter(graph, config_, world_frame_, numbers);
+  ++num_updates_;
+  painter.visit([&](Kind kind, std::uint64_t id, std::string look, const auto& paint) {
+    Group& group = groups_[{kind, id}];
+    const bool is_same = group.update > 0 && group.look == look;
+    group.update = num_updates_;
+    if (is_same) return;
+    group.look = std::move(look);
+    paint();
+    std::vector<Marker> markers = painter.takeMarkers();
+    changes.markers.insert(changes.markers.end(), markers.begin(), markers.end());
+    deleteMissing(group.markers, markers, world_frame_, changes.markers);
+    group.markers = std::move(markers);
+  });
+  removeGone(changes);
+  return changes;
+}
+
+void SceneGraphMarkers::removeGone(visualization_msgs::MarkerArray& changes) {
+  for (auto entry = groups_.begin(); entry != groups_.end();) {
+    if (entry->second.update == num_updates_) {
+      ++entry;
+      continue;
+    }
+    deleteMissing(entry->second.markers, {}, world_frame_, changes.markers);
+    entry = groups_.erase(entry);
   }
-  shown_ = std::move(now);
+}
+
+visualization_msgs::MarkerArray SceneGraphMarkers::all() const {
+  visualization_msgs::MarkerArray array;
+  array.markers.push_back(makeDeletion(world_frame_, "", 0, Marker::DELETEALL));
+  for (const auto& [key, group] : groups_) {
+    array.markers.insert(array.markers.end(), group.markers.begin(), group.markers.end());
+  }
   return array;
 }
 

@@ -96,6 +96,20 @@ class Segmenter::Implementation {
     return result;
   }
 
+  Embedding embed(const ColorImage& color) const {
+    checkImage(color.image);
+    if (!encoder_) {
+      throw InferenceError(
+          "this segmenter embeds nothing: embed_crop, embed_masked_crop and embed_image are false");
+    }
+    const CropRequest whole{cv::Rect({0, 0}, color.image.size()), 0};
+    const Embedding row = encoder_->encode(color, {}, {whole}).row(0).transpose();
+    const float norm = row.norm();
+    if (std::isfinite(norm) && norm > 0.0F) return row / norm;
+    throw InferenceError("the image encoder gives no direction for this picture (length " +
+                         std::to_string(norm) + ")");
+  }
+
   void cancel() {
     network_.cancel();
     if (encoder_) encoder_->cancel();
@@ -262,6 +276,8 @@ Segmenter::Segmenter(const ModelSet& models, const SegmenterConfig& config) {
 Segmenter::~Segmenter() = default;
 
 Segmentation Segmenter::segment(const ColorImage& color) { return implementation_->segment(color); }
+
+Embedding Segmenter::embed(const ColorImage& color) const { return implementation_->embed(color); }
 
 void Segmenter::cancel() { implementation_->cancel(); }
 

@@ -13,11 +13,13 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "support.h"
 #include "synthetic_robot.h"
+#include "task_scene_graph/ros/client.h"
 #include "task_scene_graph/ros/occupancy_conversions.h"
 
 namespace tsg::test {
@@ -60,6 +62,7 @@ class Chain : public ::testing::Test {
     ASSERT_TRUE(state_->robot.waitForSubscribers(1));
     ASSERT_TRUE(state_->robot.waitForSegmentationSubscribers(1));
     ASSERT_TRUE(state_->tracks.waitForPublisher());
+    state_->grasp_before = findGraspPixel(makeUnit(0));
     ASSERT_NO_FATAL_FAILURE(play());
     ASSERT_TRUE(callTrigger("/scene_graph/save_map", state_->save));
   }
@@ -84,6 +87,15 @@ class Chain : public ::testing::Test {
     return ros::service::waitForService(service, ros::Duration(30.0)) &&
            ros::service::call(service, call);
   }
+  static msg::GraspPixelResponse findGraspPixel(const Embedding& embedding,
+                                                float max_age_s = 0.0F) {
+    msg::GraspPixel call;
+    call.request.embedding = ros_interface::toFloats(embedding);
+    call.request.max_age_s = max_age_s;
+    EXPECT_TRUE(ros::service::waitForService("/scene_graph/grasp_pixel", ros::Duration(30.0)));
+    EXPECT_TRUE(ros::service::call("/scene_graph/grasp_pixel", call));
+    return call.response;
+  }
   static std::string outputPath(const std::string& name) {
     return (state_->folder.path() / "map" / name).string();
   }
@@ -103,6 +115,7 @@ class Chain : public ::testing::Test {
     nodelet::Loader loader{false};
     RobotMessages last;
     std_srvs::Trigger save;
+    msg::GraspPixelResponse grasp_before;  ///< of any frame
   };
   static State* state_;
 };
@@ -261,9 +274,10 @@ TEST_F(Chain, AlphaReclustersAtOnceAndStaleMarkersAreDeleted) {
 }
 
 TEST_F(Chain, MarkersHaveANamespaceForEachLayer) {
-  ASSERT_FALSE(state_->markers.messages().empty());
-  const auto names =
-      namespacesOf(*state_->markers.messages().back(), visualization_msgs::Marker::ADD);
+  std::set<std::string> names;
+  for (const auto& array : state_->markers.messages()) {
+    names.merge(namespacesOf(*array, visualization_msgs::Marker::ADD));
+  }
   for (const auto* name : {"object_boxes", "object_nodes", "object_labels", "object_edges",
                            "places", "regions", "region_labels", "region_place_edges"}) {
     EXPECT_EQ(names.count(name), 1U) << name;
@@ -313,6 +327,47 @@ TEST_F(Chain, APathLeadsFromTheCameraToAnObjectAndLooksAtIt) {
   request.name.clear();
   request.id = response.goal_id;
   EXPECT_NEAR(planPath(request).length_m, response.length_m, 1e-9);
+}
+
+TEST_F(Chain, AClientFindsAThingAndAPathToIt) {
+  const SceneGraphClient scene("/scene_graph", 30.0);
+  msg::AskRequest question;
+  question.embedding = ros_interface::toFloats(makeUnit(1));
+  const auto answers = scene.ask(question);
+  ASSERT_FALSE(answers.objects.empty());
+  EXPECT_EQ(answers.objects.front().task, "blue box");
+  const auto path = scene.pathTo(answers.objects.front());
+  ASSERT_GT(path.path.poses.size(), 5U);
+  const auto by_id = scene.pathTo(msg::PlanPathRequest::OBJECT, answers.objects.front().id);
+  EXPECT_NEAR(path.length_m, by_id.length_m, 1e-9);
+  EXPECT_FALSE(scene.pathTo(answers.regions.front()).path.poses.empty());
+  EXPECT_EQ(scene.tasks().object_tasks.size(), 2U);
+  EXPECT_NE(scene.explain(msg::ExplainRequest::OBJECT, answers.objects.front().id)
+                .find("serves 'blue box'"),
+            std::string::npos);
+}
+
+TEST_F(Chain, WhatAClientCannotHaveIsAnError) {
+  const SceneGraphClient scene("/scene_graph", 30.0);
+  const auto explain = [](const std::function<void()>& call) {
+    try {
+      call();
+    } catch (const SceneGraphError& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  EXPECT_NE(explain([&] { scene.find("mug"); }).find("words need a text encoder"),
+            std::string::npos);
+  EXPECT_NE(explain([&] { SceneGraphClient("/nobody", 0.1).find("mug"); }).find("/nobody/ask"),
+            std::string::npos);
+  msg::PlanPathRequest request;
+  request.goal_kind = msg::PlanPathRequest::BOX;
+  EXPECT_NE(explain([&] { scene.planPath(request); }).find("expected the size of a thing"),
+            std::string::npos);
+  request.box.size.x = request.box.size.y = request.box.size.z = std::nan("");
+  EXPECT_NE(explain([&] { scene.planPath(request); }).find("expected the size of a thing"),
+            std::string::npos);
 }
 
 TEST_F(Chain, WhatCannotBePlannedSaysWhy) {
@@ -377,6 +432,53 @@ TEST_F(Chain, RepeatedStampIsDroppedAndCounted) {
 }
 
 /// Last: it sets time back. The first frame finds tf cleared and is lost.
+TEST_F(Chain, AGraspPixelLiesOnTheBoxThatIsAskedFor) {
+  EXPECT_FALSE(state_->grasp_before.success);
+  EXPECT_NE(state_->grasp_before.message.find("nothing has been segmented yet"), std::string::npos)
+      << state_->grasp_before.message;
+  const RobotMessages messages = makeMessages(20, 200.0);  // looks at the boxes
+  state_->robot.publish(messages);
+  ASSERT_TRUE(state_->tracks.waitFor([&](const msg::Tracks& tracks) {
+    return ros_interface::toStamp(tracks.header.stamp) == messages.stamp;
+  }));
+  msg::GraspPixelResponse grasp;
+  ASSERT_TRUE(waitUntil([&] {  // the tracker publishes before it lets be asked
+    grasp = findGraspPixel(makeUnit(0), 600.0F);
+    return grasp.header.stamp == messages.color->header.stamp;
+  })) << grasp.message;
+  EXPECT_TRUE(grasp.success);
+  EXPECT_TRUE(grasp.is_found);
+  EXPECT_NEAR(grasp.score, 1.0F, 1e-5F);
+  EXPECT_NEAR(grasp.margin, 1.0F, 1e-5F);
+  EXPECT_EQ(grasp.header.frame_id, "world");
+  EXPECT_EQ(grasp.camera_frame, "camera_color_optical_frame");
+  const Eigen::Vector3d p_world = ros_interface::toVector(grasp.point);
+  const Aabb red = makeAabb({1.2, 0.5, 0.0}, {1.8, 1.1, 0.7});
+  EXPECT_LT(red.exteriorDistance(p_world), 0.01) << p_world.transpose();
+  const Eigen::Vector3d p_camera = ros_interface::toVector(grasp.point_in_camera);
+  EXPECT_TRUE((computePose(20) * p_camera).isApprox(p_world, 1e-6));
+  EXPECT_NEAR(p_camera.x() / p_camera.z() * 75.0 + 47.5, grasp.u, 1e-3);
+  EXPECT_NE(grasp.track, 0U);
+}
+
+TEST_F(Chain, AGraspPixelThatCannotBeKnownIsRefused) {
+  const auto expectRefused = [](const msg::GraspPixelResponse& response, const std::string& part) {
+    EXPECT_FALSE(response.success);
+    EXPECT_EQ(response.u, 0U);
+    EXPECT_NE(response.message.find(part), std::string::npos) << response.message;
+  };
+  expectRefused(findGraspPixel(makeUnit(0), 1e-6F), "s old, expected at most 0.0 s");
+  expectRefused(findGraspPixel(Embedding::Ones(3), 600.0F), "3 numbers, expected 4");
+  msg::GraspPixel words;
+  words.request.words = "mug";
+  ASSERT_TRUE(ros::service::call("/scene_graph/grasp_pixel", words));
+  expectRefused(words.response, "words need a text encoder");
+  msg::GraspPixel picture;
+  picture.request.image = *makeMessages(0).color;
+  ASSERT_TRUE(ros::service::call("/scene_graph/grasp_pixel", picture));
+  expectRefused(picture.response, "a picture needs the image encoder of the segmenter");
+}
+
 TEST_F(Chain, BagInALoopGivesTracksAgain) {
   Recorder<rosgraph_msgs::Log> log("/rosout");
   ASSERT_TRUE(log.waitForPublisher());

@@ -2,8 +2,11 @@
 // What a robot's programs ask of the scene graph while it grows: other tasks, questions, reasons.
 #include <gtest/gtest.h>
 #include <std_srvs/Trigger.h>
+#include <task_scene_graph/GetObject.h>
+#include <tf2_msgs/TFMessage.h>
 
 #include <algorithm>
+#include <cmath>
 #include <future>
 #include <map>
 #include <set>
@@ -27,6 +30,10 @@ ObjectPrimitivePtr makePrimitive(std::uint64_t id, double x_m, const Embedding& 
   primitive->embedding = embedding;
   primitive->first_seen = Stamp::fromSeconds(1.0);
   primitive->last_seen = Stamp::fromSeconds(10.0 + static_cast<double>(id));
+  const auto left_m = static_cast<float>(x_m);
+  primitive->mesh.vertices = {{left_m, 0, 0}, {left_m + 1, 0, 0}, {left_m, 1, 1}};
+  primitive->mesh.colors.assign(3, {10, 20, 30});
+  primitive->mesh.triangles = {{0, 1, 2}};
   primitive->thumbnail.image = cv::Mat(4, 6, CV_8UC3, cv::Scalar(1, 2, 3));
   return primitive;
 }
@@ -282,11 +289,48 @@ TEST_F(Interface, QuestionsFindAlsoWhatServesNoTask) {
 TEST_F(Interface, QuestionsThatAreNoneAreRefused) {
   EXPECT_FALSE(ask("", {}).success);
   ASSERT_NO_FATAL_FAILURE(publishMap());
-  expectContains(ask("", {}).message, "neither words nor an embedding");
+  expectContains(ask("", {}).message, "has 0 of words, an embedding and an image");
   expectContains(ask("mug", {1, 0, 0, 0}).message, "expected one of them");
   expectContains(ask("mug", {}).message, "words need a text encoder");
   expectContains(ask("", {1, 0}).message, "2 numbers, expected 4");
   expectContains(ask("", {0, 0, 0, 0}).message, "without a direction");
+}
+
+TEST_F(Interface, AnObjectIsGivenAsPointsForPcl) {
+  ASSERT_NO_FATAL_FAILURE(publishMap());
+  const auto ids = listIds(*graphs_.messages().back());
+  const auto get = [](std::uint8_t what, std::uint64_t id) {
+    msg::GetObject call;
+    call.request.what = what;
+    call.request.id = id;
+    EXPECT_TRUE(ros::service::call("/scene_graph/get_object", call));
+    return call.response;
+  };
+  const auto mug = get(msg::GetObject::Request::OBJECT, ids.at({1, 2}));
+  ASSERT_TRUE(mug.success) << mug.message;
+  EXPECT_EQ(mug.task, "mug");
+  EXPECT_EQ(mug.primitives, (std::vector<std::uint64_t>{1, 2}));
+  EXPECT_EQ(mug.points.width, 6U);
+  EXPECT_EQ(mug.points.header.frame_id, "world");
+  EXPECT_EQ(mug.thumbnail.width, 6U);
+  EXPECT_DOUBLE_EQ(mug.box.size.x, 1.5);
+  const auto spoon = get(msg::GetObject::Request::PRIMITIVE, 5);
+  ASSERT_TRUE(spoon.success) << spoon.message;
+  EXPECT_EQ(spoon.points.width, 3U);
+  EXPECT_FALSE(get(msg::GetObject::Request::OBJECT, 99).success);
+  expectContains(get(msg::GetObject::Request::PRIMITIVE, 99).message, "no primitive 99");
+}
+
+TEST_F(Interface, ObjectsOfChosenTasksHaveFrames) {
+  Recorder<tf2_msgs::TFMessage> frames("/tf");
+  ASSERT_NO_FATAL_FAILURE(publishMap());
+  const auto ids = listIds(*graphs_.messages().back());
+  const std::string mug = "object_" + std::to_string(ids.at({1, 2}));
+  ASSERT_TRUE(frames.waitFor([&](const tf2_msgs::TFMessage& message) {
+    return message.transforms.size() == 1 && message.transforms[0].child_frame_id == mug &&
+           message.transforms[0].header.frame_id == "world" &&
+           std::abs(message.transforms[0].transform.translation.x - 0.75) < 1e-9;
+  }));
 }
 
 TEST_F(Interface, ReasonsAreGivenInWords) {

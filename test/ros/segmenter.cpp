@@ -70,6 +70,33 @@ TEST_F(SegmenterNodelet, SegmentsTheMessageItselfAndKeepsStampAndFrame) {
   }));
 }
 
+TEST_F(SegmenterNodelet, APictureIsEmbeddedAsTheBoxAroundASegmentIs) {
+  TSG_REQUIRE_ENGINE();
+  ASSERT_NO_FATAL_FAILURE(startSegmenter("segmenter"));
+  ASSERT_TRUE(ros::service::waitForService("/segmenter/embed_image", ros::Duration(30.0)));
+  const auto embed = [](const sensor_msgs::Image& image) {
+    msg::EmbedImage call;
+    call.request.image = image;
+    EXPECT_TRUE(ros::service::call("/segmenter/embed_image", call));
+    return call.response;
+  };
+  const auto image = makeImage(5.0);
+  const auto picture = embed(*image);
+  EXPECT_TRUE(picture.success) << picture.message;
+  images_.publish(sensor_msgs::ImageConstPtr(image));
+  ASSERT_TRUE(waitForSegmentation(*image));
+  const auto whole = segmentations_.messages().back()->image_embedding;
+  ASSERT_EQ(picture.embedding.size(), whole.size());
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    EXPECT_NEAR(picture.embedding[i], whole[i], 1e-5F);
+  }
+  sensor_msgs::Image broken = *image;
+  broken.data.resize(10);
+  EXPECT_FALSE(embed(broken).success);
+  EXPECT_FALSE(embed({}).success);
+  EXPECT_FALSE(embed({}).message.empty());
+}
+
 TEST_F(SegmenterNodelet, AnOverlayIsDrawnForThoseWhoSubscribe) {
   TSG_REQUIRE_ENGINE();
   Recorder<sensor_msgs::Image> overlays("segmentation_overlay");

@@ -26,6 +26,11 @@ class Documentation(unittest.TestCase):
         code = (SOURCE / "test/examples/library_example.cpp").read_text()
         self.assertIn(code.split("\n", 1)[1].strip(), (SOURCE / "README.md").read_text())
 
+    def test_robot_programs_shown_are_the_ones_that_the_tests_run(self):
+        text = (SOURCE / "docs/robot_interface.md").read_text()
+        for name in ("fetch_example.py", "ros_fetch_example.cpp"):
+            self.assertIn((SOURCE / "test/examples" / name).read_text().split("\n", 1)[1].strip(), text, name)
+
     def test_example_finds_two_objects_and_says_why(self):
         lines = run("library_example").splitlines()
         self.assertEqual(lines[:2], ["2 primitives serve task 1", "1 primitives serve task 2"])

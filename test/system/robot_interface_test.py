@@ -2,6 +2,7 @@
 """Tasks and questions in words, with the demo's text encoder, as a user and a robot program ask them."""
 import os
 import pathlib
+import re
 import sys
 import tempfile
 import unittest
@@ -11,6 +12,7 @@ from ros_session import SOURCE, Session, wait_until
 STAGE = "/scene_graph"
 MODELS = SOURCE / "models" / "demo" / "models.yaml"
 THINGS = ["mug", "book", "chair", "potted plant"]  # of the demo models' vocabulary; in this order along x
+EXAMPLES = SOURCE / "test" / "examples"
 CLIENT = """
 import rospy
 from task_scene_graph_client import SceneGraphClient, SceneGraphError
@@ -111,6 +113,41 @@ class RobotInterface(unittest.TestCase):
         self.assertEqual(told.returncode, 0, told.stderr)
         self.assertIn("primitive 1: cosines 'mug' 1", told.stdout)
 
+    def test_examples_find_go_and_change_tasks(self):
+        done = self.session.run(sys.executable, EXAMPLES / "fetch_example.py", "_stage:=" + STAGE)
+        self.assertEqual(done.stdout.splitlines(), ["plant at x 6.5, score 1.00", "drives 6.5 m",
+                                                    "['mug', 'book', 'potted plant']"], done.stderr)
+        self.assertEqual(self.rosrun("tasks", "set", "mug", "book").returncode, 0)
+        done = self.session.run("rosrun", "task_scene_graph", "ros_fetch_example", "_stage:=" + STAGE)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        lines = done.stdout.splitlines()
+        self.assertEqual((lines[0], lines[-2:]), ("plant at x 6.5, score 1", ["drives 6.5 m", "3 tasks"]), done.stderr)
+        self.assertIn("primitive 4: cosines", lines[1])
+        goals = wait_until(lambda: re.findall(r"goal (\S+) (\S+)", self.publisher.output())[1:2], "both goals")
+        self.assertEqual(goals, [("world", "6.5")])
+
+    def test_a_follower_has_the_graph_that_is_published_whole(self):
+        script = pathlib.Path(self.temporary.name) / "follow.py"
+        script.write_text(FOLLOWER)
+        done = self.session.run(sys.executable, script)
+        self.assertEqual(done.stdout.splitlines(), ["['mug', 'book'] True", "['mug', 'book', 'chair'] True",
+                                                    "['book', 'chair'] True"], done.stderr)
+
+    def test_path_to_takes_words_points_and_ids(self):
+        script = pathlib.Path(self.temporary.name) / "paths.py"
+        script.write_text(PATHS)
+        done = self.session.run(sys.executable, script)
+        self.assertEqual(done.stdout.splitlines()[:5], [
+            "box 4.5", "point 1.5", "object 7", "region kitchen", "place 3 from 1.0"], done.stderr)
+        self.assertIn("refused: no path to 'bathtub': 'bathtub': nothing found", done.stdout)
+        self.assertIn("refused: no object has the id 99", done.stdout)
+        self.assertIn("expected one of goal, object, region, place, got 2", done.stdout)
+
+    def test_grasp_pixel_without_a_camera_is_refused(self):
+        refused = self.rosrun("ask", "--grasp", "mug")
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("what the camera sees now is known to the tracker", refused.stderr)
+
     def test_robot_program(self):
         script = pathlib.Path(self.temporary.name) / "client.py"
         script.write_text(CLIENT)
@@ -121,11 +158,72 @@ class RobotInterface(unittest.TestCase):
         self.assertIn("no task 'pen'", done.stdout)
 
 
+PATHS = """
+import rospy
+from task_scene_graph_client import SceneGraphClient, SceneGraphError
+rospy.init_node("paths", disable_signals=True)
+scene = SceneGraphClient("/scene_graph")
+for goal in [{"goal": "chair"}, {"goal": (1.5, 0, 0)}, {"object": 7}, {"region": "kitchen"},
+             {"place": 3, "start": (1, 2, 0)}, {"goal": "bathtub"}, {"object": 99}]:
+    try:
+        print(scene.path_to(**goal).message)
+    except SceneGraphError as error:
+        print("refused:", error)
+try:
+    scene.path_to("chair", object=7)
+except ValueError as error:
+    print(error)
+"""
+
+FOLLOWER = """
+import time
+import rospy
+from task_scene_graph.msg import SceneGraph
+from task_scene_graph_client import SceneGraphClient, SceneGraphFollower
+rospy.init_node("follow", disable_signals=True)
+scene = SceneGraphClient("/scene_graph")
+follower = SceneGraphFollower("/scene_graph_changes")
+def is_same(graph, whole):  # but for the number that ROS itself gives each topic's messages
+    if graph is not None:
+        graph.header.seq = whole.header.seq = 0
+    return graph == whole
+for change in (lambda: None, lambda: scene.add_tasks(["chair"]), lambda: scene.remove_tasks(["mug"])):
+    change()
+    whole = rospy.wait_for_message("/scene_graph", SceneGraph, 10.0)
+    deadline = time.monotonic() + 10.0
+    while not is_same(follower.graph, whole) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    print(whole.object_tasks, is_same(follower.graph, whole))
+"""
+
 PUBLISHER = """
 import sys
 import rospy, yaml
+from geometry_msgs.msg import PoseStamped
 from task_scene_graph.msg import ObjectPrimitive, ObjectPrimitives
+from task_scene_graph.srv import PlanPath, PlanPathRequest, PlanPathResponse
 rospy.init_node("publisher")
+
+
+def plan(request):  # a straight way along x, and what was asked for
+    if request.id == 99:
+        return PlanPathResponse(message="no object has the id 99")
+    x = request.box.pose.position.x if request.goal_kind == PlanPathRequest.BOX else request.point.x
+    kind = ["point", "place", "object", "region", "box"][request.goal_kind]
+    what = request.name or (request.id if kind in ("place", "object", "region") else "%.1f" % x)
+    said = "%s %s" % (kind, what)
+    if request.has_start:
+        said += " from %.1f" % request.start.x
+    response = PlanPathResponse(success=True, length_m=x, message=said)
+    response.path.header.frame_id = "world"
+    response.path.poses = [PoseStamped(), PoseStamped()]
+    response.path.poses[1].pose.position.x = x
+    return response
+
+
+rospy.Service("plan_path", PlanPath, plan)
+rospy.Subscriber("/move_base_simple/goal", PoseStamped,
+                 lambda goal: print("goal", goal.header.frame_id, goal.pose.position.x, flush=True))
 message = ObjectPrimitives(sequence=1)
 message.header.frame_id = "world"
 for i, task in enumerate(yaml.safe_load(open(sys.argv[1]))["tasks"]):

@@ -3,8 +3,10 @@
 
 #include <task_scene_graph/Ask.h>
 #include <task_scene_graph/ChangeTasks.h>
+#include <task_scene_graph/EmbedImage.h>
 #include <task_scene_graph/Explain.h>
 #include <task_scene_graph/Flush.h>
+#include <task_scene_graph/GraspPixel.h>
 #include <task_scene_graph/Mesh.h>
 #include <task_scene_graph/MeshUpdate.h>
 #include <task_scene_graph/ObjectPrimitives.h>
@@ -13,6 +15,7 @@
 #include <task_scene_graph/PlaceGraph.h>
 #include <task_scene_graph/SaveMesh.h>
 #include <task_scene_graph/SceneGraph.h>
+#include <task_scene_graph/SceneGraphChanges.h>
 #include <task_scene_graph/Segmentation.h>
 #include <task_scene_graph/StageSettings.h>
 #include <task_scene_graph/TasksInForce.h>

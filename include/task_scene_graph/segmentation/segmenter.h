@@ -70,8 +70,8 @@ struct SegmenterCounters {
 ///
 /// With schedule/mode `reuse`, see EmbeddingSchedule; results then depend on the images before.
 ///
-/// Thread safety: `segment` and `counters` belong to one thread; `cancel` may come from any. The
-/// result does not depend on the number of threads.
+/// Thread safety: `segment` and `counters` belong to one thread; `embed` and `cancel` may come from
+/// any. The result does not depend on the number of threads.
 class Segmenter {
  public:
   /// Loads both networks and runs each once, so that the first image is not slower.
@@ -83,6 +83,12 @@ class Segmenter {
   /// embeddings and an empty label image of its size.
   /// @throws std::invalid_argument if the image is empty or not CV_8UC3; Cancelled; InferenceError.
   Segmentation segment(const ColorImage& color);
+
+  /// A whole image, embedded as the boxes around segments are: size D, of length 1. For pictures of
+  /// what is looked for. From any thread, also while `segment` runs.
+  /// @throws std::invalid_argument if the image is empty or not CV_8UC3; Cancelled; InferenceError,
+  /// also where this segmenter embeds nothing.
+  Embedding embed(const ColorImage& color) const;
 
   /// Ends a running `segment` within milliseconds; it and all later ones throw Cancelled.
   void cancel();

@@ -6,7 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <random>
 #include <set>
+#include <string>
+#include <utility>
 
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/ros/frame_matcher.h"
@@ -182,6 +185,150 @@ TEST(SceneGraphMarkers, WhatIsGoneIsDeletedOnce) {
   EXPECT_TRUE(markers.update(empty, numbers).markers.empty());
 }
 
+/// What a viewer shows that took these messages.
+class Picture {
+ public:
+  void take(const MarkerArray& array) {
+    for (const auto& marker : array.markers) {
+      if (marker.action == Marker::DELETEALL) shown_.clear();
+      if (marker.action == Marker::DELETE) {
+        EXPECT_EQ(shown_.erase({marker.ns, marker.id}), 1U);
+      }
+      if (marker.action == Marker::ADD) shown_[{marker.ns, marker.id}] = marker;
+    }
+  }
+  bool operator==(const Picture& other) const { return shown_ == other.shown_; }
+
+ private:
+  std::map<std::pair<std::string, int>, Marker> shown_;
+};
+
+/// Objects, places in a chain, and regions, some of each, at random positions.
+scene_graph::SceneGraph makeRandomGraph(std::mt19937& random, std::size_t max_places) {
+  const auto draw = [&](std::size_t below) {
+    return std::uniform_int_distribution<std::size_t>(0, below - 1)(random);
+  };
+  scene_graph::SceneGraph graph;
+  graph.object_tasks = {"a", "b"};
+  auto places = std::make_shared<PlaceGraph>();
+  for (std::uint64_t id = 1; id <= max_places; ++id) {
+    if (draw(5) == 0) continue;
+    const PlaceId before = places->places.empty() ? PlaceId{} : places->places.back().id;
+    places->places.push_back({{id}, {static_cast<double>(draw(2)), 0, 0}, 0.5, {}, 0});
+    if (before.isValid() && draw(2) == 0) places->edges.push_back({before, {id}, 0.25});
+  }
+  for (std::uint64_t id = 1; id <= 70; ++id) {
+    if (draw(2) == 0) continue;
+    scene_graph::SceneObject object;
+    object.id = {id};
+    object.task_index = static_cast<int>(draw(2));
+    object.task = graph.object_tasks[static_cast<std::size_t>(object.task_index)];
+    object.box = makeAabb({0, 0, 0}, {1, 1, static_cast<double>(1 + draw(2))});
+    if (!places->places.empty()) object.place = places->places[draw(places->places.size())].id;
+    graph.objects.push_back(object);
+  }
+  for (std::uint64_t id = 1; id <= 4; ++id) {
+    scene_graph::Region region;
+    region.id = {id};
+    region.footprint_m = {{0, 0}, {1, 0}, {1, static_cast<double>(1 + draw(2))}};
+    graph.regions.push_back(region);
+  }
+  for (const auto& place : places->places) {
+    if (const std::size_t region = draw(5); region < 4) {
+      graph.regions[region].places.push_back(place.id);
+    }
+  }
+  if (draw(2) == 0) graph.region_edges = {{{1}, {3}, 0.5, 0.0, 0.0}};
+  graph.places = places;
+  return graph;
+}
+
+TEST(SceneGraphMarkers, ChangesOneAfterTheOtherGiveThePictureOfTheNewestGraph) {
+  std::mt19937 random(4);
+  SceneGraphMarkers markers(MarkerConfig{}, "world");
+  TaskNumbers numbers;
+  Picture follower;
+  for (int round = 0; round < 60; ++round) {
+    const auto graph = makeRandomGraph(random, 1 + static_cast<std::size_t>(round) % 7 * 50);
+    follower.take(markers.update(graph, numbers));
+    Picture fresh;
+    SceneGraphMarkers anew(MarkerConfig{}, "world");
+    fresh.take(anew.update(graph, numbers));
+    EXPECT_TRUE(follower == fresh) << round;
+    Picture late = follower;
+    late.take(markers.all());
+    EXPECT_TRUE(late == fresh) << round;
+    EXPECT_TRUE(markers.update(graph, numbers).markers.empty());
+  }
+}
+
+TEST(SceneGraphMarkers, ObjectsOfATaskThatStandTogetherHaveOneLabelWithTheirNumber) {
+  scene_graph::SceneGraph graph = makeGraph();
+  const auto addObject = [&](std::uint64_t id, int task, double x_m) {
+    scene_graph::SceneObject object = graph.objects.front();
+    object.id = {id};
+    object.task_index = task;
+    object.task = graph.object_tasks[static_cast<std::size_t>(task)];
+    object.box = makeAabb({x_m, 0, 0}, {x_m + 0.5, 0.5, 0.1 * static_cast<double>(id)});
+    graph.objects.push_back(object);
+  };
+  graph.objects.clear();
+  addObject(1, 0, 0.0);
+  addObject(2, 0, 0.9);
+  addObject(3, 1, 1.0);  // another task
+  addObject(4, 0, 1.8);  // joined by way of 2
+  addObject(5, 0, 9.0);
+  SceneGraphMarkers markers(MarkerConfig{}, "world");
+  TaskNumbers numbers;
+  const MarkerArray array = markers.update(graph, numbers);
+  for (const auto* ns : {"object_labels", "object_box_labels"}) {
+    ASSERT_NE(findMarker(array, ns, 1), nullptr);
+    EXPECT_EQ(findMarker(array, ns, 1)->text, "read a book (3)");
+    EXPECT_EQ(findMarker(array, ns, 3)->text, "sit down");
+    EXPECT_EQ(findMarker(array, ns, 5)->text, "read a book");
+    EXPECT_EQ(findMarker(array, ns, 2), nullptr);
+    EXPECT_EQ(findMarker(array, ns, 4), nullptr);
+  }
+  const Marker* label = findMarker(array, "object_box_labels", 1);
+  EXPECT_NEAR(label->pose.position.x, 1.15, 1e-9);
+  EXPECT_GT(label->pose.position.z, 0.4);
+  EXPECT_LT(label->pose.position.z, 0.7);
+}
+
+TEST(SceneGraphMarkers, ADifferentLiftDrawsAllOfItThere) {
+  SceneGraphMarkers markers(MarkerConfig{}, "world");
+  TaskNumbers numbers;
+  markers.update(makeGraph(), numbers);
+  MarkerConfig higher;
+  higher.object_lift_m = 5.0;
+  markers.setConfig(higher);
+  const MarkerArray changes = markers.update(makeGraph(), numbers);
+  ASSERT_NE(findMarker(changes, "object_nodes", 3), nullptr);
+  EXPECT_DOUBLE_EQ(findMarker(changes, "object_nodes", 3)->pose.position.z, 1.5 + 5.0);
+  for (const auto& marker : changes.markers) EXPECT_EQ(marker.action, Marker::ADD);
+}
+
+TEST(SceneGraphMarkers, APlaceThatMovesDrawsItsNeighboursByIdOnly) {
+  scene_graph::SceneGraph graph;
+  auto places = std::make_shared<PlaceGraph>();
+  for (std::uint64_t id = 1; id <= 1000; ++id) {
+    places->places.push_back({{id}, {static_cast<double>(id), 0, 0}, 0.5, {}, 0});
+    if (id > 1) places->edges.push_back({{id - 1}, {id}, 0.25});
+  }
+  graph.places = places;
+  SceneGraphMarkers markers(MarkerConfig{}, "world");
+  TaskNumbers numbers;
+  markers.update(graph, numbers);
+  auto moved = std::make_shared<PlaceGraph>(*places);
+  moved->places[500].position_m.y() = 1.0;
+  graph.places = moved;
+  const MarkerArray changes = markers.update(graph, numbers);
+  EXPECT_EQ(changes.markers.size(), 2U);  // its chunk of places, its chunk of edges
+  for (const auto& marker : changes.markers) {
+    EXPECT_LE(marker.points.size(), 2 * SceneGraphMarkers::kChunk);
+  }
+}
+
 TEST(SceneGraphMarkers, ColoursOfDifferentTasksDiffer) {
   std::set<std::tuple<float, float, float>> colors;
   for (int i = -1; i < 30; ++i) {
@@ -341,9 +488,18 @@ TEST(DynamicReconfigure, DefaultsAndRangesAreThoseOfTheStruct) {
   EXPECT_EQ(defaults.min_region_places, expected.min_region_places);
   EXPECT_EQ(defaults.prune_null, expected.prune_null);
   EXPECT_EQ(defaults.min_object_score, expected.min_object_score);
+  const MarkerConfig markers;
+  EXPECT_EQ(defaults.markers_object_lift_m, markers.object_lift_m);
+  EXPECT_EQ(defaults.markers_place_lift_m, markers.place_lift_m);
+  EXPECT_EQ(defaults.markers_region_lift_m, markers.region_lift_m);
+  EXPECT_EQ(defaults.markers_text_height_m, markers.text_height_m);
+  EXPECT_EQ(defaults.markers_label_distance_m, markers.label_distance_m);
   std::map<std::string, std::string> ranges;
   for (const auto& row : config::describe<scene_graph::SceneGraphConfig>()) {
     ranges[row.name] = row.range;
+  }
+  for (const auto& row : config::describe<MarkerConfig>()) {
+    ranges["markers_" + row.name] = row.range;
   }
   dynamic_reconfigure::Config lowest, highest;
   ::task_scene_graph::SceneGraphTuningConfig::__getMin__().__toMessage__(lowest);
