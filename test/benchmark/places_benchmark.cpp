@@ -4,6 +4,7 @@
 // computation with everything; taking in a view; the exact distance transform beside exhaustive
 // search on the same grid.
 #include <benchmark/benchmark.h>
+#include <malloc.h>
 
 #include <cmath>
 #include <limits>
@@ -98,7 +99,21 @@ mapping::TsdfVolume makeCorridor(int length_m) {
   return volume;
 }
 
-/// Voxels of the last 8 m move by a few millimetres in every update, as noise moves them.
+/// What a frame with a pose 5 km off sees: a copy of these blocks.
+std::vector<GridIndex> addFarBlocks(const std::vector<GridIndex>& blocks,
+                                    mapping::TsdfVolume& volume) {
+  const GridIndex shift(0, 6250, 0);  // 5 km
+  std::vector<GridIndex> far;
+  for (const GridIndex& block : blocks) {
+    const auto voxels = volume.findBlock(block)->voxels;
+    volume.allocateBlock(block + shift).voxels = voxels;
+    far.push_back(block + shift);
+  }
+  return far;
+}
+
+/// Voxels of the last 8 m move by a few millimetres in every update, as noise moves them. With
+/// `far` a twelfth of the blocks lies 5 km off as well.
 void updateWindowOfCorridor(benchmark::State& state) {
   const auto length_m = static_cast<int>(state.range(0));
   mapping::TsdfVolume volume = makeCorridor(length_m);
@@ -106,6 +121,11 @@ void updateWindowOfCorridor(benchmark::State& state) {
   for (const GridIndex& block : volume.sortedBlockIndices()) {
     if (0.8 * (block.x() + 1) > length_m - 8.0) window.push_back(block);
   }
+  const bool is_far = state.range(1) != 0;
+  const auto twelfth = static_cast<std::ptrdiff_t>(window.size() / 12);
+  const std::vector<GridIndex> far =
+      is_far ? addFarBlocks({window.begin(), window.begin() + twelfth}, volume)
+             : std::vector<GridIndex>{};
   PlaceExtractor extractor{PlacesConfig{}};
   for (int i = 0; i < 10 * length_m; ++i) {
     CameraPose pose{Stamp{1000000000LL + i * 100000000LL}, Pose::Identity()};
@@ -120,17 +140,40 @@ void updateWindowOfCorridor(benchmark::State& state) {
     for (const GridIndex& block : window) {
       for (auto& voxel : volume.findBlock(block)->voxels) voxel.distance_m += noise_m(random);
     }
+    std::vector<GridIndex> changed = window;
+    changed.insert(changed.end(), far.begin(), far.end());
     state.ResumeTiming();
-    extractor.update(volume, window, Stamp{2});
+    extractor.update(volume, changed, Stamp{2});
   }
   state.counters["places"] = static_cast<double>(extractor.graph().places.size());
 }
 BENCHMARK(updateWindowOfCorridor)
-    ->ArgName("length_m")
-    ->Arg(50)
-    ->Arg(200)
-    ->Arg(1000)
+    ->ArgNames({"length_m", "far"})
+    ->Args({50, 0})
+    ->Args({50, 1})
+    ->Args({200, 0})
+    ->Args({1000, 0})
     ->Unit(benchmark::kMillisecond);
+
+#if __GLIBC_PREREQ(2, 33)  // mallinfo2
+/// Heap of all that is kept of a walked corridor, without embeddings.
+void memoryOfCorridor(benchmark::State& state) {
+  const mapping::TsdfVolume volume = makeCorridor(static_cast<int>(state.range(0)));
+  std::size_t num_places = 0;
+  double bytes = 0.0;
+  for (auto _ : state) {
+    const std::size_t before = mallinfo2().uordblks;
+    PlaceExtractor extractor{PlacesConfig{}};
+    extractor.update(volume, volume.sortedBlockIndices(), Stamp{1});
+    bytes = static_cast<double>(mallinfo2().uordblks - before);
+    num_places = extractor.graph().places.size();
+  }
+  state.counters["places"] = static_cast<double>(num_places);
+  state.counters["kB_per_place"] = 1e-3 * bytes / static_cast<double>(num_places);
+  state.counters["kB_per_m"] = 1e-3 * bytes / static_cast<double>(state.range(0));
+}
+BENCHMARK(memoryOfCorridor)->ArgName("length_m")->Arg(200)->Unit(benchmark::kMillisecond);
+#endif
 
 void computeAllOfCorridor(benchmark::State& state) {
   const mapping::TsdfVolume volume = makeCorridor(static_cast<int>(state.range(0)));
