@@ -1,4 +1,4 @@
-# tsg_rviz: the rviz display task_scene_graph/Mesh, where rviz and the Qt it was built with are found.
+# tsg_rviz: the rviz display task_scene_graph/Mesh and the panel task_scene_graph/SceneGraph, where rviz and the Qt it was built with are found.
 find_package(rviz QUIET)
 find_package(Qt5 QUIET COMPONENTS Core Widgets)
 if(rviz_FOUND AND Qt5_FOUND)
@@ -14,5 +14,5 @@ if(rviz_FOUND AND Qt5_FOUND)
   list(APPEND TSG_INSTALL_LIBRARIES tsg_rviz)
 else()
   message(STATUS "rviz or Qt 5 was not found: building without the rviz display "
-    "task_scene_graph/Mesh (rviz then shows the mesh as markers, topic `mesh`)")
+    "task_scene_graph/Mesh (rviz then shows the mesh as markers, topic `mesh`) and without the panel")
 endif()
