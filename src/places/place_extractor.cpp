@@ -30,12 +30,6 @@ bool isBefore(const PlaceEdge& left, const PlaceEdge& right) {
 
 }  // namespace
 
-/// Places that went and places that came, with their ids once they are matched.
-struct PlaceExtractor::Changes {
-  std::vector<PlaceState> removed;
-  std::vector<PlaceState> added;
-};
-
 PlaceExtractor::PlaceExtractor(const PlacesConfig& config)
     : config_((config::validate(config, "places"), config)),
       layers_(std::make_unique<PlaceLayers>(config)),
@@ -43,6 +37,8 @@ PlaceExtractor::PlaceExtractor(const PlacesConfig& config)
              config.view_weighting) {}
 
 PlaceExtractor::~PlaceExtractor() = default;
+PlaceExtractor::PlaceExtractor(PlaceExtractor&&) noexcept = default;
+PlaceExtractor& PlaceExtractor::operator=(PlaceExtractor&&) noexcept = default;
 
 void PlaceExtractor::addPose(const CameraPose& pose) { layers_->addPose(pose); }
 

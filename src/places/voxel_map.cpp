@@ -69,6 +69,15 @@ std::vector<VoxelMap::ColumnIndex> VoxelMap::copyBlocks(const mapping::TsdfVolum
   return {touched.begin(), touched.end()};
 }
 
+void VoxelMap::restore(double voxel_size_m, const std::vector<VoxelBlock>& blocks) {
+  voxel_size_m_ = voxel_size_m;
+  columns_.clear();
+  for (const VoxelBlock& block : blocks) {
+    auto& copy = columns_[{block.index.x(), block.index.y()}][block.index.z()];
+    copy = std::make_unique<Block>(block.distances_m);
+  }
+}
+
 float VoxelMap::at(const GridIndex& voxel) const {
   const GridIndex index = mapping::TsdfVolume::computeBlockIndex(voxel);
   const auto column = columns_.find({index.x(), index.y()});

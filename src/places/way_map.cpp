@@ -150,4 +150,28 @@ void WayMap::addCell(const Column& column, double level_m, bool is_axis, double 
   changed.insert(tile);
 }
 
+WayMemory WayMap::memory() const {
+  WayMemory memory;
+  for (const Segment& segment : segments_) memory.segments.push_back({segment.from, segment.to});
+  memory.camera_height_m = laid_height_m_;
+  memory.height_counts.assign(heights_.begin(), heights_.end());
+  memory.last = last_;
+  memory.waiting = waiting_;
+  return memory;
+}
+
+void WayMap::restore(const WayMemory& memory, double voxel_size_m) {
+  *this = WayMap(config_);
+  for (const auto& segment : memory.segments) segments_.push_back({segment.from_m, segment.to_m});
+  const std::size_t num_counts = std::min(memory.height_counts.size(), heights_.size());
+  std::copy_n(memory.height_counts.begin(), num_counts, heights_.begin());
+  last_ = memory.last;
+  waiting_ = memory.waiting;
+  laid_height_m_ = memory.camera_height_m;
+  TileSet ignored;
+  for (; num_laid_ < segments_.size(); ++num_laid_) {
+    lay(segments_[num_laid_], voxel_size_m, ignored);
+  }
+}
+
 }  // namespace tsg::places

@@ -8,7 +8,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "task_scene_graph/places/place_extractor.h"
+#include "task_scene_graph/places/place_memory.h"
 #include "task_scene_graph/places/places_config.h"
 #include "tiles.h"
 
@@ -54,6 +54,10 @@ class WayMap {
 
   /// Metres from the ground to the camera; none while it is to be estimated and no ground was seen.
   std::optional<double> cameraHeight() const;
+
+  WayMemory memory() const;
+  /// Goes on from there. O(length of the way).
+  void restore(const WayMemory& memory, double voxel_size_m);
 
  private:
   static constexpr int kHeightBins = 60;

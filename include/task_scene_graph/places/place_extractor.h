@@ -11,17 +11,12 @@
 #include "task_scene_graph/core/primitives.h"
 #include "task_scene_graph/mapping/tsdf_volume.h"
 #include "task_scene_graph/places/ground_plan.h"
+#include "task_scene_graph/places/place_memory.h"
 #include "task_scene_graph/places/places_config.h"
 #include "task_scene_graph/places/view_database.h"
 #include "task_scene_graph/places/voxel_map.h"
 
 namespace tsg::places {
-
-/// Where a camera was.
-struct CameraPose {
-  Stamp stamp;
-  Pose T_world_camera = Pose::Identity();
-};
 
 /// What a PlaceExtractor has done since it was made.
 struct PlaceCounters {
@@ -58,6 +53,8 @@ class PlaceExtractor {
   /// @throws config::ConfigError naming every field out of range.
   explicit PlaceExtractor(const PlacesConfig& config);
   ~PlaceExtractor();
+  PlaceExtractor(PlaceExtractor&&) noexcept;
+  PlaceExtractor& operator=(PlaceExtractor&&) noexcept;
 
   /// Takes in the changed blocks of a carved volume (distance > 0 = free, weight 0 = unknown; a
   /// block that is no longer there is remembered as it was) and brings the graph up to date. A
@@ -86,18 +83,31 @@ class PlaceExtractor {
 
   const PlaceCounters& counters() const { return counters_; }
 
+  /// What to go on from later: graph() and all that follows are the same then. O(map).
+  PlaceMemory memory() const;
+  /// Goes on from there instead of from what was seen so far. Places that come out where one was
+  /// keep its id and its views; with the configuration of before these are all. O(map).
+  /// @throws std::invalid_argument naming both if the voxel size is not `voxel_size_m`, that of the
+  /// volume that is given to update(); nothing has changed then.
+  void restore(const PlaceMemory& memory, double voxel_size_m);
+
  private:
   struct PlaceState {
     Place place;                                          ///< its embedding is set by graph()
     mapping::GridIndex key = mapping::GridIndex::Zero();  ///< voxel in which it lies
     ViewSum views;
   };
-  struct Changes;
+  /// Places that went and places that came, with their ids once they are matched.
+  struct Changes {
+    std::vector<PlaceState> removed;
+    std::vector<PlaceState> added;
+  };
 
   Changes findChanges(const std::vector<mapping::GridIndex>& touched);
   void matchIds(Changes& changes);
   void addPlaces(const Changes& changes);
   std::vector<PlaceEdge> collectEdges() const;
+  void rememberPlaces(const PlaceMemory& memory, Changes& changes);
 
   PlacesConfig config_;
   VoxelMap voxels_;

@@ -67,6 +67,7 @@ class ViewDatabase {
   /// All remembered views that see a point. O(views).
   ViewSum collect(const Eigen::Vector3d& p_world) const;
 
+  const std::deque<View>& views() const { return views_; }  ///< from the oldest on
   std::size_t size() const { return views_.size(); }
   std::uint64_t numForgotten() const { return forgotten_; }
 

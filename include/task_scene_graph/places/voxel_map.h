@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "task_scene_graph/mapping/tsdf_volume.h"
+#include "task_scene_graph/places/place_memory.h"
 
 namespace tsg::places {
 
@@ -35,6 +36,9 @@ class VoxelMap {
   /// @throws std::invalid_argument if the volume's voxel size is not that of the first call.
   std::vector<ColumnIndex> copyBlocks(const mapping::TsdfVolume& volume,
                                       const std::vector<GridIndex>& blocks);
+
+  /// Takes blocks as they were remembered, in the place of all there is.
+  void restore(double voxel_size_m, const std::vector<VoxelBlock>& blocks);
 
   /// 0 before the first copy.
   double voxelSize() const { return voxel_size_m_; }

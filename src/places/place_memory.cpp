@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a PlaceExtractor remembers, and how two memories become one.
+#include "task_scene_graph/places/place_memory.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <sstream>
+#include <stdexcept>
+#include <tuple>
+
+#include "place_layers.h"
+#include "task_scene_graph/places/place_extractor.h"
+
+namespace tsg::places {
+namespace {
+
+constexpr double kSamePlace_m = 1e-6;  ///< what is computed again from the same voxels
+
+std::string describeSizes(double found_m, double expected_m) {
+  std::ostringstream text;
+  text << "has voxels of " << found_m << " m, expected " << expected_m << " m";
+  return text.str();
+}
+
+std::vector<VoxelBlock> listBlocks(const VoxelMap& voxels) {
+  std::vector<VoxelBlock> blocks;
+  for (const auto& [column, by_z] : voxels.columns()) {
+    for (const auto& [z, block] : by_z) {
+      blocks.push_back({GridIndex(column.first, column.second, z), *block});
+    }
+  }
+  return blocks;
+}
+
+/// Blocks by index, into which voxels are put that nobody has observed yet.
+class VoxelGatherer {
+ public:
+  VoxelGatherer(std::vector<VoxelBlock> blocks, double voxel_size_m) : size_m_(voxel_size_m) {
+    for (VoxelBlock& block : blocks) blocks_[toKey(block.index)] = block;
+  }
+
+  /// Target voxels ask for the source voxel in which their centre lies, so there are no holes.
+  void add(const VoxelBlock& block, const Pose& T_target_source) {
+    const Pose T_source_target = T_target_source.inverse();
+    Aabb box;
+    const double side_m = size_m_ * mapping::kBlockSide;
+    const Aabb source(block.index.cast<double>() * side_m,
+                      (block.index.array() + 1).matrix().cast<double>() * side_m);
+    for (int corner = 0; corner < 8; ++corner) {
+      box.extend(T_target_source * source.corner(static_cast<Aabb::CornerType>(corner)));
+    }
+    const GridIndex first = toVoxel(box.min());
+    const GridIndex last = toVoxel(box.max());
+    for (int z = first.z(); z <= last.z(); ++z) {
+      for (int y = first.y(); y <= last.y(); ++y) {
+        for (int x = first.x(); x <= last.x(); ++x) {
+          const Eigen::Vector3d center_m = (Eigen::Vector3d(x, y, z).array() + 0.5) * size_m_;
+          const GridIndex from = toVoxel(T_source_target * center_m);
+          if (mapping::TsdfVolume::computeBlockIndex(from) != block.index) continue;
+          put({x, y, z}, block.distances_m[offsetOf(from)]);
+        }
+      }
+    }
+  }
+
+  /// Ascending by (x, y, z).
+  std::vector<VoxelBlock> take() const {
+    std::vector<VoxelBlock> blocks;
+    for (const auto& [key, block] : blocks_) blocks.push_back(block);
+    return blocks;
+  }
+
+ private:
+  using Key = std::tuple<int, int, int>;
+
+  static Key toKey(const GridIndex& index) { return {index.x(), index.y(), index.z()}; }
+  static std::size_t offsetOf(const GridIndex& voxel) {
+    return static_cast<std::size_t>(
+        mapping::TsdfBlock::computeLinearIndex(mapping::TsdfVolume::computeLocalIndex(voxel)));
+  }
+  GridIndex toVoxel(const Eigen::Vector3d& p_m) const {
+    return (p_m / size_m_).array().floor().cast<int>();
+  }
+  void put(const GridIndex& voxel, float distance_m) {
+    if (isNotObserved(distance_m)) return;
+    const GridIndex index = mapping::TsdfVolume::computeBlockIndex(voxel);
+    const auto [found, is_new] = blocks_.try_emplace(toKey(index));
+    if (is_new) {
+      found->second.index = index;
+      found->second.distances_m.fill(kNotObserved);
+    }
+    float& known = found->second.distances_m[offsetOf(voxel)];
+    if (isNotObserved(known)) known = distance_m;
+  }
+
+  double size_m_;
+  std::map<Key, VoxelBlock> blocks_;
+};
+
+/// The way of `b` at the height at which `a`'s camera is carried.
+WayMemory mergeWays(const WayMemory& a, const WayMemory& b, const Pose& T_a_b) {
+  WayMemory merged = a;
+  const bool has_height = !a.segments.empty() && !b.segments.empty();
+  const double raise_m = has_height ? a.camera_height_m - b.camera_height_m : 0.0;
+  if (a.segments.empty()) merged.camera_height_m = b.camera_height_m;
+  const auto move = [&](const Eigen::Vector3d& p_b) {
+    return Eigen::Vector3d(T_a_b * p_b + raise_m * Eigen::Vector3d::UnitZ());
+  };
+  for (const auto& segment : b.segments) {
+    merged.segments.push_back({move(segment.from_m), move(segment.to_m)});
+  }
+  merged.height_counts.resize(std::max(a.height_counts.size(), b.height_counts.size()), 0);
+  for (std::size_t i = 0; i < b.height_counts.size(); ++i) {
+    merged.height_counts[i] += has_height ? 0U : b.height_counts[i];
+  }
+  return merged;
+}
+
+}  // namespace
+
+PlaceMemory PlaceExtractor::memory() const {
+  PlaceMemory memory;
+  memory.voxel_size_m = voxels_.voxelSize();
+  memory.blocks = listBlocks(voxels_);
+  memory.way = layers_->way().memory();
+  memory.views.assign(views_.views().begin(), views_.views().end());
+  for (const auto& [id, state] : places_) {
+    memory.places.push_back({state.place, state.key, state.views});
+  }
+  memory.next_id = next_id_;
+  memory.stamp = stamp_;
+  memory.plan = plan();
+  return memory;
+}
+
+void PlaceExtractor::restore(const PlaceMemory& memory, double voxel_size_m) {
+  if (!memory.isEmpty() && memory.voxel_size_m != voxel_size_m) {
+    throw std::invalid_argument("the map's free space " +
+                                describeSizes(memory.voxel_size_m, voxel_size_m) +
+                                " (free_space/tsdf/voxel_size_m)");
+  }
+  *this = PlaceExtractor(config_);
+  voxels_.restore(memory.voxel_size_m, memory.blocks);
+  for (const View& view : memory.views) views_.add(view);
+  if (!memory.views.empty()) embedding_size_ = memory.views.back().embedding.size();
+  stamp_ = memory.stamp;
+  next_id_ = memory.next_id;
+  WayMap way(config_);
+  if (!memory.isEmpty()) way.restore(memory.way, memory.voxel_size_m);
+  const CellSet touched = layers_->updateAll(voxels_, way);
+  Changes changes = findChanges({touched.begin(), touched.end()});
+  rememberPlaces(memory, changes);
+}
+
+/// By the voxel in which they lie; the others by their distance, as after any update.
+void PlaceExtractor::rememberPlaces(const PlaceMemory& memory, Changes& changes) {
+  std::unordered_map<GridIndex, const RememberedPlace*, mapping::GridIndexHash> by_key;
+  for (const RememberedPlace& known : memory.places) by_key.emplace(known.key, &known);
+  std::map<PlaceId, const ViewSum*> views;
+  for (PlaceState& added : changes.added) {
+    const auto known = by_key.find(added.key);
+    if (known == by_key.end()) continue;
+    const RememberedPlace& place = *known->second;
+    if ((place.place.position_m - added.place.position_m).norm() > kSamePlace_m) continue;
+    added.place.id = place.place.id;
+    if (place.views) views[place.place.id] = &*place.views;
+    by_key.erase(known);
+  }
+  for (const RememberedPlace& known : memory.places) {
+    next_id_ = std::max(next_id_, known.place.id.value + 1);
+    const auto found = by_key.find(known.key);
+    if (found == by_key.end() || found->second != &known) continue;
+    changes.removed.emplace_back();
+    changes.removed.back().place = known.place;
+  }
+  matchIds(changes);
+  addPlaces(changes);
+  for (const auto& [id, sum] : views) places_.at(id).views = *sum;
+}
+
+PlaceMemory mergeMemories(const PlaceMemory& a, const PlaceMemory& b, const Pose& T_a_b,
+                          std::uint64_t id_offset) {
+  if (!a.isEmpty() && !b.isEmpty() && a.voxel_size_m != b.voxel_size_m) {
+    throw std::invalid_argument("the second map's free space " +
+                                describeSizes(b.voxel_size_m, a.voxel_size_m) +
+                                " as the first one's");
+  }
+  PlaceMemory merged;
+  merged.voxel_size_m = a.isEmpty() ? b.voxel_size_m : a.voxel_size_m;
+  if (!merged.isEmpty()) {
+    VoxelGatherer voxels(a.blocks, merged.voxel_size_m);
+    for (const VoxelBlock& block : b.blocks) voxels.add(block, T_a_b);
+    merged.blocks = voxels.take();
+  }
+  merged.way = mergeWays(a.way, b.way, T_a_b);
+  merged.views = a.views;
+  const Pose T_b_a = T_a_b.inverse();
+  for (View view : b.views) {
+    view.T_camera_world = view.T_camera_world * T_b_a;
+    merged.views.push_back(std::move(view));
+  }
+  for (const RememberedPlace& known : a.places) {
+    merged.places.push_back({known.place, known.key, std::nullopt});
+  }
+  for (const RememberedPlace& known : b.places) {
+    Place place = known.place;
+    place.id.value += id_offset;
+    place.position_m = T_a_b * place.position_m;
+    const double size_m = merged.isEmpty() ? 1.0 : merged.voxel_size_m;
+    const GridIndex key = (place.position_m / size_m).array().floor().cast<int>().matrix();
+    merged.places.push_back({place, key, std::nullopt});
+  }
+  merged.next_id = std::max(a.next_id, b.next_id + id_offset);
+  merged.stamp = std::max(a.stamp, b.stamp);
+  return merged;
+}
+
+}  // namespace tsg::places
