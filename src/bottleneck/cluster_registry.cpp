@@ -210,6 +210,24 @@ ClusterRegistry::Changes ClusterRegistry::assign(const std::vector<ComponentInde
   return changes;
 }
 
+std::vector<std::uint32_t> ClusterRegistry::adopt(
+    const std::vector<std::pair<std::uint64_t, std::vector<Slot>>>& clusters) {
+  std::vector<std::uint32_t> entries;
+  for (const auto& [id, slots] : clusters) {
+    if (id < next_id_) {
+      throw std::invalid_argument("cluster " + std::to_string(id) + ", expected ids from " +
+                                  std::to_string(next_id_) + " on, ascending");
+    }
+    next_id_ = id;
+    entries.push_back(makeEntry());
+    for (const Slot slot : slots) {
+      if (cluster_of_.size() <= slot) cluster_of_.resize(slot + 1, kNone);
+      cluster_of_[slot] = entries.back();
+    }
+  }
+  return entries;
+}
+
 void ClusterRegistry::forget(Slot slot) {
   if (slot < cluster_of_.size()) cluster_of_[slot] = kNone;
 }

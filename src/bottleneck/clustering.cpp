@@ -86,6 +86,22 @@ void IncrementalClustering::setConfig(const ClusteringConfig& config) {
   state_->config_ = config;
 }
 
+void IncrementalClustering::adoptIds(
+    const std::vector<std::pair<std::uint64_t, std::vector<NodeKey>>>& clusters) {
+  if (state_->registry_.size() > 0) {
+    throw std::logic_error("clusters have ids already; expected none when ids are adopted");
+  }
+  std::vector<std::pair<std::uint64_t, std::vector<Slot>>> known;
+  for (const auto& [id, keys] : clusters) {
+    known.push_back({id, {}});
+    for (const NodeKey key : keys) {
+      if (state_->graph_.contains(key)) known.back().second.push_back(state_->graph_.find(key));
+    }
+  }
+  const auto entries = state_->registry_.adopt(known);
+  state_->former_.insert(state_->former_.end(), entries.begin(), entries.end());
+}
+
 bool IncrementalClustering::contains(NodeKey key) const { return state_->graph_.contains(key); }
 
 std::size_t IncrementalClustering::size() const { return state_->graph_.size(); }

@@ -76,6 +76,13 @@ PlaceUpdate SceneGraphBuilder::setPlaces(const PlaceGraphPtr& places) {
   return update;
 }
 
+void SceneGraphBuilder::adoptIds(const std::vector<ObjectCluster>& objects,
+                                 const std::vector<RegionCluster>& regions) {
+  objects_->adoptIds(objects);
+  regions_->adoptIds(regions);
+  snapshot_.reset();
+}
+
 SceneGraphPtr SceneGraphBuilder::snapshot() {
   if (snapshot_) return snapshot_;
   auto graph = std::make_shared<SceneGraph>();

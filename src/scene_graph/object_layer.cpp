@@ -112,6 +112,15 @@ std::size_t ObjectLayer::erase(const std::vector<PrimitiveId>& ids) {
   return num_erased;
 }
 
+void ObjectLayer::adoptIds(const std::vector<ObjectCluster>& clusters) {
+  std::vector<std::pair<std::uint64_t, std::vector<std::uint64_t>>> keys_of;
+  for (const ObjectCluster& cluster : clusters) {
+    keys_of.push_back({cluster.id.value, {}});
+    for (const PrimitiveId id : cluster.primitives) keys_of.back().second.push_back(id.value);
+  }
+  clustering_->adoptIds(keys_of);
+}
+
 std::string ObjectLayer::findFault(const ObjectPrimitive& primitive) const {
   if (!primitive.id.isValid()) return "a primitive has id 0, expected ids from 1";
   if (!isUsableBox(primitive.box)) {

@@ -94,6 +94,14 @@ PlaceGroups absorbSmallGroups(PlaceGroups groups, const std::vector<PlaceEdge>& 
   return tidy(graph.groups());
 }
 
+void RegionIds::adopt(const std::map<RegionId, std::vector<PlaceId>>& places_of) {
+  region_of_.clear();
+  for (const auto& [id, places] : places_of) {
+    next_ = std::max(next_, id.value + 1);
+    for (const PlaceId place : places) region_of_[place] = id;
+  }
+}
+
 std::vector<RegionId> RegionIds::match(const PlaceGroups& groups) {
   std::vector<std::tuple<std::size_t, RegionId, std::size_t>> shares;
   for (std::size_t i = 0; i < groups.size(); ++i) {

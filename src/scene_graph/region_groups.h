@@ -27,6 +27,8 @@ class RegionIds {
   /// shares most places, the largest shares first (equal: the smaller id, then the earlier group);
   /// each id goes to one group. The others get new ones; none is used twice. O(places log).
   std::vector<RegionId> match(const PlaceGroups& groups);
+  /// Takes ids for those of the call before. @param places_of  by id
+  void adopt(const std::map<RegionId, std::vector<PlaceId>>& places_of);
 
  private:
   std::unordered_map<PlaceId, RegionId> region_of_;  ///< as of the last call

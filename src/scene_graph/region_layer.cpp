@@ -94,6 +94,11 @@ std::vector<PlaceKeys> findMissing(const std::vector<PlaceKeys>& a,
 
 }  // namespace
 
+void checkPlaceGraph(const PlaceGraph& graph) {
+  checkPlaces(graph);
+  checkEdges(graph);
+}
+
 RegionLayer::RegionLayer(const SceneGraphConfig& config)
     : config_(config),
       clustering_(std::make_unique<IncrementalClustering>(
@@ -125,8 +130,7 @@ void RegionLayer::setConfig(const SceneGraphConfig& config) {
 
 PlaceUpdate RegionLayer::setPlaces(const PlaceGraphPtr& places) {
   if (!places) throw std::invalid_argument("place graph: null, expected a graph");
-  checkPlaces(*places);
-  checkEdges(*places);
+  checkPlaceGraph(*places);
   return apply(places);
 }
 
@@ -223,6 +227,13 @@ void RegionLayer::insertEdges(const std::vector<PlaceKeys>& edges, PlaceUpdate& 
     clustering_->insertEdge(edge.first, edge.second);
     ++update.edges_inserted;
   }
+}
+
+void RegionLayer::adoptIds(const std::vector<RegionCluster>& clusters) {
+  std::map<RegionId, std::vector<PlaceId>> places_of;
+  for (const RegionCluster& cluster : clusters) places_of[cluster.id] = cluster.places;
+  ids_->adopt(places_of);
+  are_clusters_stale_ = true;
 }
 
 void RegionLayer::updateClusters() {

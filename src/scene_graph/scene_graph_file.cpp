@@ -216,6 +216,8 @@ const std::vector<FilePrimitive>& SceneGraphFile::primitives() const {
 
 std::size_t SceneGraphFile::numLeftNodes() const { return content_->left_nodes.count(); }
 
+std::unordered_set<NodeKey> SceneGraphFile::nodeIds() const { return content_->listIds(); }
+
 std::vector<std::string> SceneGraphFile::notes() const {
   const Content& content = *content_;
   std::vector<std::string> lines;

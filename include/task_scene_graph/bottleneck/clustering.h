@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "task_scene_graph/bottleneck/config.h"
@@ -83,6 +84,14 @@ class IncrementalClustering {
   /// The threshold of the normaliser in force: `delta` or `delta_bits`. Only re-cuts.
   void setDelta(double delta);
   void setTopK(int top_k);
+
+  /// Gives clusters the ids that they had in a map of before: where the same primitives are together
+  /// they keep theirs, else as after any change. Before the first cluster is asked for.
+  /// @param clusters  ids ascending from 1 with their primitives; keys that are not there do not
+  /// count
+  /// @throws std::logic_error if there are clusters already; std::invalid_argument naming an id out
+  /// of order.
+  void adoptIds(const std::vector<std::pair<std::uint64_t, std::vector<NodeKey>>>& clusters);
 
   /// Applies pending changes and returns what they changed since the last call. O(touched
   /// components x log), whatever the size of the map.

@@ -60,6 +60,12 @@ class SceneGraphBuilder {
   /// edges between places that exist); the old graph stays in force then.
   PlaceUpdate setPlaces(const PlaceGraphPtr& places);
 
+  /// Objects and regions keep the ids that they had in a map of before, where the same primitives
+  /// and places are together. After reset() and what the map holds, before a snapshot.
+  /// @throws as IncrementalClustering::adoptIds().
+  void adoptIds(const std::vector<ObjectCluster>& objects,
+                const std::vector<RegionCluster>& regions);
+
   /// The graph of everything given so far; the same pointer as before if nothing has changed.
   /// The objects cost what changed plus O(objects * D) and the search of PointIndex, the regions
   /// O(places * D * place tasks), if anything has changed.

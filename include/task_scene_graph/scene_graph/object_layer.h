@@ -57,6 +57,9 @@ class ObjectLayer {
   /// Takes primitives out; unknown ids are passed over. Returns how many were here. O(primitives).
   std::size_t erase(const std::vector<PrimitiveId>& ids);
 
+  /// Objects keep the ids that they had in a map of before, as IncrementalClustering::adoptIds().
+  void adoptIds(const std::vector<ObjectCluster>& clusters);
+
   /// The published objects of now, see isPublished(); ascending by id, without places. Only
   /// clusters that changed are described anew. O(changed clusters * D + objects * D).
   std::vector<SceneObject> computeObjects();

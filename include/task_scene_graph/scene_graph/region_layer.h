@@ -39,6 +39,10 @@ struct PlaceUpdate {
   std::string error;         ///< why the first rejected one was; "" if none was
 };
 
+/// @throws std::invalid_argument naming what is wrong: ids that do not ascend from 1, positions or
+/// clearances that are not finite, edges not between two places (a < b) or there twice.
+void checkPlaceGraph(const PlaceGraph& graph);
+
 /// The regions: clusters of places along the edges of the place graph, or rooms by the shape of
 /// free space alone (SceneGraphConfig::region_method). Not thread-safe.
 ///
@@ -57,6 +61,9 @@ class RegionLayer {
   void setConfig(const SceneGraphConfig& config);
   /// @throws std::invalid_argument as SceneGraphBuilder::setPlaces
   PlaceUpdate setPlaces(const PlaceGraphPtr& places);
+
+  /// Regions keep the ids that they had in a map of before, as RegionIds does.
+  void adoptIds(const std::vector<RegionCluster>& clusters);
 
   /// Clusters what changed and describes it anew; doors and objects are left to connectRegions().
   /// Ascending by id.

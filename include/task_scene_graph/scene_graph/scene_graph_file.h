@@ -6,6 +6,7 @@
 #include <iosfwd>
 #include <memory>
 #include <string>
+#include <unordered_set>
 #include <vector>
 
 #include "task_scene_graph/bottleneck/clustering.h"
@@ -49,6 +50,9 @@ class SceneGraphFile {
 
   /// How many nodes of that layer stay as they are, being no primitives.
   std::size_t numLeftNodes() const;
+
+  /// Ids of all nodes of the file, whatever their layer, also of those that cannot be clustered.
+  std::unordered_set<NodeKey> nodeIds() const;
 
   /// What could not be read or kept, a line for each kind with its number and the first of them.
   std::vector<std::string> notes() const;
