@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <stdexcept>
 
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/core/parallel.h"
@@ -113,6 +114,21 @@ std::vector<GridIndex> BackgroundMap::findBlocksToArchive(const Eigen::Vector3d&
   }
   std::sort(found.begin(), found.end(), isBefore);
   return found;
+}
+
+void BackgroundMap::restore(const std::vector<BlockMesh>& blocks) {
+  if (!volume_.blocks().empty()) {
+    throw std::logic_error("background map: frames are in it, expected none when it is restored");
+  }
+  archived_.clear();
+  std::vector<MeshTable::Entry> entries;
+  for (const auto& block : blocks) {
+    if (block.mesh->isEmpty() || !config_.with_mesh) continue;
+    const auto record = archive_.store(*block.mesh);
+    archived_[block.block] = record;
+    entries.push_back({block.block, StoredMesh(record)});
+  }
+  meshes_ = MeshTable().with(entries);
 }
 
 void BackgroundMap::archive(const std::vector<GridIndex>& blocks) {

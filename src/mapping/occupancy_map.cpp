@@ -48,6 +48,14 @@ void writeHeader(const octomap::OcTree& octree, bool is_binary, std::ostream& ou
       << octree.getResolution() << "\ndata\n";
 }
 
+void requireSameResolution(const std::string& what, double found_m, double expected_m) {
+  if (std::abs(found_m - expected_m) < 1e-9) return;
+  std::ostringstream text;
+  text << what << " has a resolution of " << found_m << " m, expected " << expected_m
+       << " m (occupancy/resolution_m)";
+  throw std::runtime_error(text.str());
+}
+
 }  // namespace
 
 /// The octree, and what one frame says of it.
@@ -78,11 +86,46 @@ OccupancyMap::OccupancyMap(const OccupancyConfig& config) : config_(config) {
   octree.enableChangeDetection(true);
 }
 
+OccupancyMap::OccupancyMap(const OccupancyMap& other)
+    : config_(other.config_),
+      counters_(other.counters_),
+      tree_(std::make_unique<Tree>(*other.tree_)) {}
+
 OccupancyMap::OccupancyMap(OccupancyMap&&) noexcept = default;
 
 OccupancyMap& OccupancyMap::operator=(OccupancyMap&&) noexcept = default;
 
 OccupancyMap::~OccupancyMap() = default;
+
+OccupancyMap OccupancyMap::read(const std::filesystem::path& path, const OccupancyConfig& config) {
+  requireFile("file", path);
+  const std::unique_ptr<octomap::AbstractOcTree> read(octomap::AbstractOcTree::read(path.string()));
+  auto* octree = dynamic_cast<octomap::OcTree*>(read.get());
+  if (octree == nullptr) {
+    throw std::runtime_error("file '" + path.string() + "' is no OctoMap of type OcTree (.ot)");
+  }
+  requireSameResolution("file '" + path.string() + "'", octree->getResolution(),
+                        config.resolution_m);
+  OccupancyMap map(config);
+  map.tree_->octree.swapContent(*octree);
+  return map;
+}
+
+void OccupancyMap::addUnknown(const OccupancyMap& other, const Pose& T_this_other) {
+  requireSameResolution("the other map", other.config_.resolution_m, config_.resolution_m);
+  auto& octree = tree_->octree;
+  for (const OccupancyVoxel& voxel : other.voxels()) {
+    const Eigen::Vector3d center_m =
+        (voxel.index.cast<double>().array() + 0.5) * config_.resolution_m;
+    const octomap::point3d here = toPoint(T_this_other * center_m);
+    octomap::OcTreeKey key;
+    if (!octree.coordToKeyChecked(here, key) || octree.search(key) != nullptr) continue;
+    octree.setNodeValue(key, voxel.is_occupied ? octree.getProbHitLog() : octree.getProbMissLog(),
+                        true);
+  }
+  octree.updateInnerOccupancy();
+  octree.prune();
+}
 
 bool OccupancyMap::integrate(const RgbdFrame& frame) {
   frame.validate();

@@ -99,6 +99,11 @@ class BackgroundMap {
   /// (ThinSurfaces). O(changed blocks).
   TsdfVolume takeChangedBlocks();
 
+  /// Begins with the mesh of a map of before, as of blocks that were archived: it stays where
+  /// nothing is seen anew. Before the first frame. @param blocks  ascending by (z, y, x)
+  /// @throws std::logic_error if a frame was integrated; std::runtime_error as MeshArchive::store().
+  void restore(const std::vector<BlockMesh>& blocks);
+
   /// Drops the voxels of these blocks now; the mesh stays as it is. When such a place is seen
   /// again, the old mesh stays in cells that are not fully observed anew. Unknown blocks are
   /// ignored.

@@ -78,9 +78,21 @@ class OccupancyMap {
   /// @throws config::ConfigError if a value is out of range or min_range_m is not below
   /// max_range_m.
   explicit OccupancyMap(const OccupancyConfig& config);
+  /// Of the tree; O(nodes).
+  OccupancyMap(const OccupancyMap& other);
   OccupancyMap(OccupancyMap&&) noexcept;
   OccupancyMap& operator=(OccupancyMap&&) noexcept;
   ~OccupancyMap();
+
+  /// Reads a file of OctoMap's with probabilities (`.ot`), to go on from. None of it counts as
+  /// changed. @throws std::runtime_error naming the file if it is not there, is no such file, or
+  /// has another resolution than `config` (names both); as the constructor.
+  static OccupancyMap read(const std::filesystem::path& path, const OccupancyConfig& config);
+
+  /// Adds the voxels of another map that are unknown here, at the places to which `T_this_other`
+  /// brings their centres. O(voxels of the other). @throws std::invalid_argument naming both if the
+  /// resolutions differ.
+  void addUnknown(const OccupancyMap& other, const Pose& T_this_other);
 
   const OccupancyConfig& config() const { return config_; }
   const OccupancyCounters& counters() const { return counters_; }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstddef>
@@ -79,6 +80,9 @@ class ObjectFusion {
 
   /// Forgets frames and tracks, after what is being reconstructed, which is thrown away. Ids go on.
   void reset();
+
+  /// Ids of primitives from now on are above this one.
+  void continueIdsAfter(PrimitiveId id) { next_id_.value = std::max(next_id_.value, id.value + 1); }
 
   /// How many tracks gave no primitive, by reason.
   const std::map<std::string, std::size_t>& rejections() const { return rejections_; }
