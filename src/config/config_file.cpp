@@ -13,7 +13,7 @@ constexpr const char* kInput = "input";
 constexpr const char* kWorldFrame = "world_frame";
 
 const std::vector<std::string>& listShared() {
-  static const std::vector<std::string> shared{kInput, "models", "output"};
+  static const std::vector<std::string> shared{kInput, "models", "output", "map"};
   return shared;
 }
 

@@ -92,6 +92,16 @@ Map makeMap(scene_graph::SceneGraphBuilder& builder) {
   return map;
 }
 
+scene_graph::PrimitiveUpdate restoreBuilder(const Map& map,
+                                            scene_graph::SceneGraphBuilder& builder) {
+  scene_graph::checkPlaceGraph(*map.places());
+  builder.reset();
+  const auto update = builder.addPrimitives(map.primitives());
+  builder.setPlaces(map.places());
+  builder.adoptIds(map.objectClusters(), map.regionClusters());
+  return update;
+}
+
 SceneGraph computeSceneGraph(const Map& map) {
   SceneGraph graph;
   graph.stamp = map.stamp();

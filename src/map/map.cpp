@@ -48,7 +48,8 @@ Map::Map(std::string world_frame)
       object_tasks_(std::make_shared<const scene_graph::TaskList>()),
       place_tasks_(object_tasks_),
       places_(std::make_shared<const PlaceGraph>()),
-      trajectory_(std::make_shared<const Trajectory>()) {}
+      trajectory_(std::make_shared<const Trajectory>()),
+      place_memory_(std::make_shared<const places::PlaceMemory>()) {}
 
 Stamp Map::stamp() const {
   Stamp newest = places_->stamp;
@@ -157,6 +158,21 @@ void Map::updateMesh(const mapping::MeshUpdate& update) {
 void Map::setTrajectory(std::shared_ptr<const Trajectory> trajectory) {
   if (trajectory == nullptr) throw std::invalid_argument("map: the trajectory is null");
   trajectory_ = std::move(trajectory);
+}
+
+void Map::setPlaceMemory(std::shared_ptr<const places::PlaceMemory> memory) {
+  if (memory == nullptr) throw std::invalid_argument("map: the memory of the places is null");
+  place_memory_ = std::move(memory);
+}
+
+Eigen::Index Map::embeddingSize() const {
+  for (const auto& primitive : primitives_) {
+    if (primitive->embedding.size() > 0) return primitive->embedding.size();
+  }
+  for (const Place& place : places_->places) {
+    if (place.embedding.size() > 0) return place.embedding.size();
+  }
+  return std::max(object_tasks_->embeddings.cols(), place_tasks_->embeddings.cols());
 }
 
 }  // namespace tsg::map

@@ -6,7 +6,6 @@
 
 #include "mesh_fusion_report.h"
 #include "task_scene_graph/core/period.h"
-#include "task_scene_graph/map/files.h"
 
 namespace tsg::nodelets {
 namespace {
@@ -41,11 +40,10 @@ BackgroundStage::BackgroundStage(ros::NodeHandle& handle, const BackgroundStageO
       fusion_(std::make_unique<pipeline::BackgroundFusion>(options.fusion)),
       mesh_publisher_(handle, late_, report, options.world_frame,
                       options.fusion.background.tsdf.voxel_size_m * mapping::kBlockSide),
-      places_(
-          handle,
-          {options.fusion.places, options.world_frame, options.queue_size, options.max_queue_bytes,
-           options.on_map},
-          report),
+      places_(handle,
+              {options.fusion.places, options.world_frame, options.queue_size,
+               options.max_queue_bytes, options.on_map},
+              report),
       occupancy_(makeOccupancyStage(handle, late_, options, report)),
       worker_(
           options.queue_size, [this](const Job& job) { process(job); },
@@ -66,6 +64,7 @@ void BackgroundStage::process(const Job& job) {
     const ros_interface::StageTimer timer;
     const std::lock_guard<std::mutex> lock(mutex_);
     if (job.num_resets != num_resets_) return;
+    trajectory_.add(job.frame->stamp, job.frame->T_world_camera);
     const RgbdFramePtr filtered = fusion_->filter(*job.frame);
     fusion_->free_space.integrate(*filtered);
     const auto result = fusion_->surface.integrate(*filtered);
@@ -134,6 +133,7 @@ void BackgroundStage::reset() {
   places_.clear(newest_frame_);
   if (occupancy_) occupancy_->clear(newest_frame_);
   newest_frame_ = {};
+  trajectory_ = {};
   new_poses_.clear();
   last_mesh_ = last_places_ = std::nullopt;
 }
@@ -151,20 +151,39 @@ Stamp BackgroundStage::newestFrame() const {
   return newest_frame_;
 }
 
-std::vector<WrittenFile> BackgroundStage::writeFiles(
-    const std::filesystem::path& folder, const std::vector<ObjectPrimitivePtr>& primitives,
-    const std::map<PrimitiveId, std::int32_t>& object_of_primitive) {
+void BackgroundStage::restore(const map::Map& map) {
+  auto fusion = std::make_unique<pipeline::BackgroundFusion>(options_.fusion);
+  fusion->surface.restore(map.meshBlocks());
+  mapping::MeshUpdate all;
+  all.changed = map.meshBlocks();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++num_resets_;
+  fusion_ = std::move(fusion);
+  newest_frame_ = map.stamp();
+  trajectory_ = *map.trajectory();
+  new_poses_.clear();
+  last_mesh_ = last_places_ = std::nullopt;
+  mesh_publisher_.clear(newest_frame_);
+  publishMesh(all);
+  places_.restore(map.placeMemory(), options_.fusion.free_space.tsdf.voxel_size_m);
+  if (occupancy_ && map.occupancy() != nullptr)
+    occupancy_->restore(*map.occupancy(), newest_frame_);
+  if (occupancy_ && map.occupancy() == nullptr) occupancy_->clear(newest_frame_);
+}
+
+map::Map BackgroundStage::makeMap() {
+  map::Map map(options_.world_frame);
   std::unique_lock<std::mutex> lock(mutex_);
   publishMesh(fusion_->surface.updateMesh());
   const mapping::MeshTable meshes = fusion_->surface.meshes();
+  map.setTrajectory(std::make_shared<const Trajectory>(trajectory_));
   lock.unlock();
-  std::vector<WrittenFile> files{
-      map::writeMeshFile(folder, mergeMeshes(meshes), primitives, object_of_primitive,
-                         options_.fusion.background.tsdf.voxel_size_m, options_.world_frame)};
-  if (occupancy_) {
-    for (auto& file : occupancy_->writeFiles(folder)) files.push_back(std::move(file));
-  }
-  return files;
+  std::vector<mapping::BlockMesh> blocks;
+  for (const auto& block : meshes.blocks()) blocks.push_back({block, meshes.find(block).load()});
+  map.setMesh(options_.fusion.background.tsdf.voxel_size_m, std::move(blocks));
+  map.setPlaceMemory(places_.memory());
+  if (occupancy_) map.setOccupancy(occupancy_->snapshot());
+  return map;
 }
 
 }  // namespace tsg::nodelets

@@ -5,9 +5,7 @@
 
 #include <atomic>
 #include <cstdint>
-#include <filesystem>
 #include <functional>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -16,8 +14,8 @@
 
 #include "occupancy_stage.h"
 #include "places_stage.h"
-#include "task_scene_graph/core/files.h"
 #include "task_scene_graph/core/primitives.h"
+#include "task_scene_graph/map/map.h"
 #include "task_scene_graph/pipeline/background_fusion.h"
 #include "task_scene_graph/ros/byte_budget.h"
 #include "task_scene_graph/ros/late_subscribers.h"
@@ -38,7 +36,7 @@ struct BackgroundStageOptions {
   std::function<void(const PlaceGraph&, const places::GroundPlan&)> on_map{};
 };
 
-/// Every frame -> background mesh, places, occupancy map: their threads, their topics, their files.
+/// Every frame -> background mesh, places, occupancy map: their threads, their topics.
 ///
 /// One thread integrates depth. It hands immutable tables of meshes to the mesh publisher's thread
 /// and copies of changed free space to the places' thread, and waits for neither; late subscribers
@@ -67,16 +65,23 @@ class BackgroundStage {
   /// Drops what waits and joins all threads. Nothing may be added from now on.
   void stop();
 
+  /// Goes on from a map of before instead, and tells subscribers. Frames added from now on are of
+  /// the new map. @throws std::runtime_error as mapping::BackgroundMap::restore(); nothing has
+  /// changed then.
+  void restore(const map::Map& map);
+  /// Waits until the places are found anew. False if the deadline passes first.
+  bool waitForPlaces(std::chrono::steady_clock::time_point deadline) {
+    return places_.waitIdle(deadline);
+  }
+
   /// Stamp of the newest integrated frame; 0 if there is none.
   Stamp newestFrame() const;
   /// Number of the newest place graph that was published; 0 if there is none.
   std::uint64_t placeSequence() const { return places_.sequence(); }
 
-  /// Writes `mesh.ply` with the given objects, and the occupancy map's files, as of now.
-  /// @throws as map::writeMeshFile() and map::writeOccupancyFiles().
-  std::vector<WrittenFile> writeFiles(
-      const std::filesystem::path& folder, const std::vector<ObjectPrimitivePtr>& primitives,
-      const std::map<PrimitiveId, std::int32_t>& object_of_primitive);
+  /// What of the map this stage knows, as of now: mesh, trajectory, free space, occupancy map.
+  /// @throws std::runtime_error as mapping::MeshArchive::Record::load().
+  map::Map makeMap();
 
  private:
   struct Job {
@@ -100,6 +105,7 @@ class BackgroundStage {
   mutable std::mutex mutex_;
   std::unique_ptr<pipeline::BackgroundFusion> fusion_;
   Stamp newest_frame_;
+  Trajectory trajectory_;                      ///< of the camera, in all frames
   std::vector<places::CameraPose> new_poses_;  ///< since the places were last asked for
   std::optional<Stamp> last_mesh_;
   std::optional<Stamp> last_places_;

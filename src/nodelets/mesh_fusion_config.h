@@ -20,6 +20,7 @@ struct MeshFusionNodeletConfig {
   planning::PlannerConfig planner;
   ros_interface::InputConfig input;
   std::filesystem::path output;
+  std::filesystem::path map;
   double mesh_period_s = 1.0;
   double octomap_period_s = 1.0;
   int queue_size = 100;
@@ -36,6 +37,7 @@ struct MeshFusionNodeletConfig {
     v.group("input", self.input);
     v.field("output", self.output, {}, "",
             "folder for mesh.ply, floor_*.pgm, map.bt and map.ot; empty = none");
+    v.field("map", self.map, {}, "", "folder of a saved map to go on from; empty = none");
     v.field("mesh_period_s", self.mesh_period_s, {0.0, 3600.0}, "s",
             "least time (of the frames' stamps) between two updates of `mesh` and `mesh_blocks`");
     v.field("octomap_period_s", self.octomap_period_s, {0.0, 3600.0}, "s",

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <task_scene_graph/LoadMap.h>
+#include <task_scene_graph/SaveMapPart.h>
+
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -10,6 +13,7 @@
 #include "navigation_stage.h"
 #include "object_stage.h"
 #include "stage_nodelet.h"
+#include "task_scene_graph/map/files.h"
 #include "task_scene_graph/ros/epoch.h"
 #include "task_scene_graph/ros/flush.h"
 #include "task_scene_graph/ros/frame_matcher.h"
@@ -42,15 +46,27 @@ class MeshFusionNodelet : public StageNodelet {
   void onJumpBack();
   void handMatch(const std::optional<Match>& match);
   bool saveMesh(msg::SaveMeshRequest& request, msg::SaveMeshResponse& response);
-  void noteObjects(const msg::SaveMeshRequest& request);
-  /// mesh.ply, the storeys' and the occupancy map's files.
+  bool savePart(msg::SaveMapPartRequest& request, msg::SaveMapPartResponse& response);
+  bool serveLoad(msg::LoadMapRequest& request, msg::LoadMapResponse& response);
+  /// @throws as map::loadMap(); nothing has changed then.
+  void loadMap(const std::filesystem::path& folder);
+  void noteObjects(const std::vector<std::uint64_t>& primitives,
+                   const std::vector<std::int32_t>& objects);
+  /// @throws std::runtime_error if there is nothing to be saved.
+  Stamp requireFrames();
+  /// Into a map folder all at once, else each file for itself.
   std::vector<WrittenFile> writeFiles(const std::filesystem::path& folder);
+  /// What depth images made, and, where it is asked for, what to go on from.
+  std::vector<WrittenFile> writePart(const std::filesystem::path& folder,
+                                     map::BackgroundFiles what);
 
   MeshFusionNodeletConfig config_;
   std::map<PrimitiveId, std::int32_t>
       object_of_primitive_;  ///< as last told; of the services' thread
   Stamp saved_frame_;  ///< newest one that a call at the end has saved; of the services' thread
   ros::ServiceServer save_server_;
+  ros::ServiceServer part_server_;
+  ros::ServiceServer load_server_;
   std::unique_ptr<NavigationStage> navigation_;  ///< outlives the stage that tells it of places
   std::unique_ptr<BackgroundStage> background_;
   std::unique_ptr<ObjectStage> objects_;
@@ -65,6 +81,8 @@ class MeshFusionNodelet : public StageNodelet {
 MeshFusionNodelet::~MeshFusionNodelet() {
   stopServices();
   save_server_.shutdown();
+  part_server_.shutdown();
+  load_server_.shutdown();
   if (background_ == nullptr || objects_ == nullptr) return;
   tracks_subscriber_.shutdown();
   segmentation_subscriber_.shutdown();
@@ -89,6 +107,7 @@ void MeshFusionNodelet::start() {
   matcher_ =
       std::make_unique<ros_interface::FrameMatcher>(static_cast<std::size_t>(config_.frame_cache));
   startStages();
+  if (!config_.map.empty()) loadMap(config_.map);
   subscribe();
 }
 
@@ -115,6 +134,9 @@ void MeshFusionNodelet::startStages() {
                          config_.input.tf_timeout_s + 1.0},
       report());
   save_server_ = serviceHandle().advertiseService("save_mesh", &MeshFusionNodelet::saveMesh, this);
+  part_server_ =
+      serviceHandle().advertiseService("save_map_part", &MeshFusionNodelet::savePart, this);
+  load_server_ = serviceHandle().advertiseService("load_map", &MeshFusionNodelet::serveLoad, this);
 }
 
 void MeshFusionNodelet::subscribe() {
@@ -205,9 +227,8 @@ bool MeshFusionNodelet::saveMesh(msg::SaveMeshRequest& request, msg::SaveMeshRes
     const std::filesystem::path folder =
         request.folder.empty() ? config_.output : std::filesystem::path(request.folder);
     if (folder.empty()) throw std::runtime_error("parameter 'output' is not set");
-    const Stamp newest = background_->newestFrame();
-    if (newest == Stamp{}) throw std::runtime_error(report().describeInput("colour image"));
-    noteObjects(request);
+    const Stamp newest = requireFrames();
+    if (request.has_objects != 0) noteObjects(request.primitives, request.objects);
     for (const auto& file : writeFiles(folder)) {
       response.files.push_back(file.name);
       response.contents.push_back(file.content);
@@ -222,24 +243,92 @@ bool MeshFusionNodelet::saveMesh(msg::SaveMeshRequest& request, msg::SaveMeshRes
   return true;
 }
 
-void MeshFusionNodelet::noteObjects(const msg::SaveMeshRequest& request) {
-  if (request.has_objects == 0) return;
-  if (request.primitives.size() != request.objects.size()) {
+bool MeshFusionNodelet::savePart(msg::SaveMapPartRequest& request,
+                                 msg::SaveMapPartResponse& response) {
+  const ros_interface::FlushGuard guard;
+  try {
+    const Stamp newest = requireFrames();
+    noteObjects(request.primitives, request.objects);
+    for (const auto& file : writePart(request.folder, map::BackgroundFiles::kAll)) {
+      response.files.push_back(file.name);
+      response.contents.push_back(file.content);
+    }
+    response.success = 1;
+    if (request.is_end != 0) saved_frame_ = newest;
+  } catch (const std::exception& e) {
+    response.message = std::string("mesh not saved: ") + e.what();
+  }
+  return true;
+}
+
+Stamp MeshFusionNodelet::requireFrames() {
+  const Stamp newest = background_->newestFrame();
+  if (newest == Stamp{}) throw std::runtime_error(report().describeInput("colour image"));
+  return newest;
+}
+
+void MeshFusionNodelet::noteObjects(const std::vector<std::uint64_t>& primitives,
+                                    const std::vector<std::int32_t>& objects) {
+  if (primitives.size() != objects.size()) {
     throw std::runtime_error(
-        "primitives and objects differ in number: " + std::to_string(request.primitives.size()) +
-        " and " + std::to_string(request.objects.size()));
+        "primitives and objects differ in number: " + std::to_string(primitives.size()) + " and " +
+        std::to_string(objects.size()));
   }
   object_of_primitive_.clear();
-  for (std::size_t i = 0; i < request.primitives.size(); ++i) {
-    object_of_primitive_[PrimitiveId{request.primitives[i]}] = request.objects[i];
+  for (std::size_t i = 0; i < primitives.size(); ++i) {
+    object_of_primitive_[PrimitiveId{primitives[i]}] = objects[i];
   }
 }
 
 std::vector<WrittenFile> MeshFusionNodelet::writeFiles(const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder);
-  auto files = background_->writeFiles(folder, objects_->primitives(), object_of_primitive_);
-  for (auto& file : navigation_->writeFiles(folder)) files.push_back(std::move(file));
+  if (!std::filesystem::exists(map::locateFile(folder, map::kManifestName))) {
+    return writePart(folder, map::BackgroundFiles::kForOthers);
+  }
+  std::vector<WrittenFile> files;
+  map::replaceFiles(folder, std::nullopt, [&](const std::filesystem::path& to) {
+    files = writePart(to, map::BackgroundFiles::kAll);
+    return map::OtherFiles::kKeep;
+  });
   return files;
+}
+
+std::vector<WrittenFile> MeshFusionNodelet::writePart(const std::filesystem::path& folder,
+                                                      map::BackgroundFiles what) {
+  map::Map map = background_->makeMap();
+  map.addPrimitives(objects_->primitives());
+  return map::writeBackgroundPart(folder, map, object_of_primitive_, navigation_->storeys(), what);
+}
+
+bool MeshFusionNodelet::serveLoad(msg::LoadMapRequest& request, msg::LoadMapResponse& response) {
+  try {
+    loadMap(request.folder);
+    const auto patience = ros_interface::Patience::from(60.0, 30.0);
+    objects_->waitHandled(patience);
+    background_->waitForPlaces(patience.deadline);
+    response.sequence = objects_->sequence();
+    response.place_sequence = background_->placeSequence();
+    response.message = formatCount(objects_->primitives().size(), "object primitive");
+    response.success = 1;
+  } catch (const std::exception& e) {
+    response.message = e.what();
+  }
+  return true;
+}
+
+void MeshFusionNodelet::loadMap(const std::filesystem::path& folder) {
+  const auto& fusion = config_.background_fusion;
+  map::MapUse use;
+  use.world_frame = config_.input.world_frame;
+  use.mesh_voxel_size_m = fusion.background.tsdf.voxel_size_m;
+  use.free_space_voxel_size_m = fusion.free_space.tsdf.voxel_size_m;
+  map::LoadedMap loaded = map::loadMap(folder, use);
+  if (fusion.occupancy.enabled) {
+    loaded.map.setOccupancy(map::readOccupancy(folder, fusion.occupancy));
+  }
+  matcher_->clear();
+  background_->restore(loaded.map);
+  objects_->restore(loaded.map.primitives());
 }
 
 }  // namespace tsg::nodelets

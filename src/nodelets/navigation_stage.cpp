@@ -111,10 +111,6 @@ void NavigationStage::setMap(const PlaceGraph& places, const places::GroundPlan&
   storeys_.update(plan, places.stamp);
 }
 
-std::vector<WrittenFile> NavigationStage::writeFiles(const std::filesystem::path& folder) const {
-  return planning::writeStoreyFiles(folder, storeys_.storeys());
-}
-
 void NavigationStage::stop() {
   server_.shutdown();
   graph_subscriber_.shutdown();

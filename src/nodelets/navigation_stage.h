@@ -8,14 +8,12 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <filesystem>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "task_scene_graph/core/files.h"
 #include "task_scene_graph/core/primitives.h"
 #include "task_scene_graph/places/ground_plan.h"
 #include "task_scene_graph/planning/planner.h"
@@ -47,8 +45,8 @@ class NavigationStage {
   void forgetCamera();
   /// The map to plan in from now on. O(places + tiles of the plan), but for the grids.
   void setMap(const PlaceGraph& places, const places::GroundPlan& plan);
-  /// Writes `floor_<n>.pgm` and `floor_<n>.yaml`. @throws as planning::writeStoreyFiles().
-  std::vector<WrittenFile> writeFiles(const std::filesystem::path& folder) const;
+  /// As they are published.
+  std::vector<planning::StoreyGrid> storeys() const { return storeys_.storeys(); }
   /// Serves nobody any more.
   void stop();
 

@@ -190,6 +190,37 @@ void ObjectStage::reset() {
   });
 }
 
+void ObjectStage::restore(std::vector<ObjectPrimitivePtr> primitives) {
+  worker_.pushOrder([this, primitives = std::move(primitives)] {
+    fusion_.reset();
+    if (!primitives.empty()) fusion_.continueIdsAfter(primitives.back()->id);
+    {
+      const std::lock_guard<std::mutex> lock(primitives_mutex_);
+      primitives_.clear();
+    }
+    publish(true);
+    std::vector<ObjectPrimitivePtr> part;
+    std::size_t bytes = 0;
+    for (const auto& primitive : primitives) {
+      part.push_back(primitive);
+      bytes += countBytes(*primitive);
+      if (bytes < ros_interface::PartSender::kMaxPartBytes) continue;
+      send(std::exchange(part, {}));
+      bytes = 0;
+    }
+    if (!part.empty()) send(part);
+  });
+}
+
+void ObjectStage::send(const std::vector<ObjectPrimitivePtr>& primitives) {
+  store({primitives, {}});
+  const msg::ObjectPrimitivesPtr message =
+      ros_interface::toMessage(primitives, primitives.back()->last_seen, options_.world_frame);
+  message->epoch = epoch_.epoch();
+  message->sequence = ++sequence_;
+  publisher_.publish(message);
+}
+
 void ObjectStage::stop() {
   worker_.stop();
   late_.stop();

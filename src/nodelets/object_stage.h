@@ -56,6 +56,14 @@ class ObjectStage {
              msg::FlushResponse& response);
   /// Forgets all, and tells it to who listens.
   void reset();
+  /// Goes on from these instead of what there is, and tells it to who listens. Does not wait.
+  void restore(std::vector<ObjectPrimitivePtr> primitives);
+  /// Waits until all that was asked for is done and published. False as waitPatiently().
+  bool waitHandled(const ros_interface::Patience& patience) {
+    return worker_.waitHandled(patience);
+  }
+  /// Number of the newest message.
+  std::uint64_t sequence() const { return sequence_; }
   /// Drops what waits and joins the thread. Nothing may be added from now on.
   void stop();
 
@@ -77,6 +85,7 @@ class ObjectStage {
   void waitForReconstruction(const ros_interface::Patience& patience, msg::FlushResponse& response);
   void process(const Job& job);
   void publish(bool is_reset = false);
+  void send(const std::vector<ObjectPrimitivePtr>& primitives);
   void store(const pipeline::ObjectUpdate& update);
   void sendAll(ros_interface::PartSender& sender) const;
 

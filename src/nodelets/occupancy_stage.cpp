@@ -5,13 +5,6 @@
 #include <utility>
 
 namespace tsg::nodelets {
-namespace {
-
-void writeFile(const std::filesystem::path& path, const std::string& bytes) {
-  writeFileAtomically(path, [&](std::ostream& out) { out << bytes; });
-}
-
-}  // namespace
 
 OccupancyStage::OccupancyStage(ros::NodeHandle& handle, ros_interface::LateSubscribers& late,
                                const Options& options, ros_interface::StageReport& report)
@@ -65,14 +58,17 @@ void OccupancyStage::clear(Stamp stamp) {
   publisher_.clear(stamp);
 }
 
-std::vector<WrittenFile> OccupancyStage::writeFiles(const std::filesystem::path& folder) const {
-  std::unique_lock<std::mutex> lock(mutex_);
-  const std::string binary = map_.serializeFile(true);
-  const std::string full = map_.serializeFile(false);
-  lock.unlock();
-  writeFile(folder / "map.bt", binary);
-  writeFile(folder / "map.ot", full);
-  return {{"map.bt", ""}, {"map.ot", ""}};
+std::shared_ptr<const mapping::OccupancyMap> OccupancyStage::snapshot() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return std::make_shared<const mapping::OccupancyMap>(map_);
+}
+
+void OccupancyStage::restore(const mapping::OccupancyMap& map, Stamp stamp) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++num_clears_;
+  map_ = mapping::OccupancyMap(map);
+  newest_ = stamp;
+  publisher_.replace(stamp);
 }
 
 }  // namespace tsg::nodelets

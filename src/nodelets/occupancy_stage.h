@@ -45,12 +45,12 @@ class OccupancyStage {
   bool flush(std::chrono::steady_clock::time_point deadline);
   /// Forgets the map and what waits, and tells subscribers.
   void clear(Stamp stamp);
+  /// A copy of the map of now. O(nodes).
+  std::shared_ptr<const mapping::OccupancyMap> snapshot() const;
+  /// Goes on from this map instead, and tells subscribers. What waits is dropped.
+  void restore(const mapping::OccupancyMap& map, Stamp stamp);
   /// Drops what waits and joins the thread.
   void stop() { worker_.stop(); }
-
-  /// Writes `map.bt` and `map.ot`. Integration waits for a copy of the tree only, not for the disk.
-  /// @throws std::runtime_error as writeFileAtomically().
-  std::vector<WrittenFile> writeFiles(const std::filesystem::path& folder) const;
 
  private:
   struct Job {

@@ -54,11 +54,29 @@ bool PlacesStage::waitIdle(std::chrono::steady_clock::time_point deadline) {
   return changed_.wait_until(lock, deadline, [this] { return work_.isEmpty() && !is_busy_; });
 }
 
+std::shared_ptr<const places::PlaceMemory> PlacesStage::memory() const {
+  const std::lock_guard<std::mutex> lock(extractor_mutex_);
+  return std::make_shared<const places::PlaceMemory>(extractor_->memory());
+}
+
+void PlacesStage::restore(std::shared_ptr<const places::PlaceMemory> memory, double voxel_size_m) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ++num_clears_;
+    work_ = {};
+    work_.memory = std::move(memory);
+    work_.voxel_size_m = voxel_size_m;
+  }
+  changed_.notify_all();
+}
+
 void PlacesStage::clear(Stamp stamp) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     ++num_clears_;
-    work_ = {true, stamp, {}, {}};
+    work_ = {};
+    work_.is_cleared = true;
+    work_.clear_stamp = stamp;
   }
   changed_.notify_all();
 }
@@ -100,11 +118,16 @@ void PlacesStage::run() {
 }
 
 void PlacesStage::process(const Work& work, std::uint64_t num_clears) {
+  const std::lock_guard<std::mutex> lock(extractor_mutex_);
   if (work.is_cleared) {
     extractor_ = std::make_unique<places::PlaceExtractor>(options_.places);
     PlaceGraph empty;
     empty.stamp = work.clear_stamp;
     publish(empty, num_clears);
+  }
+  if (work.memory != nullptr) {
+    extractor_->restore(*work.memory, work.voxel_size_m);
+    publish(extractor_->graph(), num_clears);
   }
   for (const auto& view : work.views) {
     extractor_->addView(*view.frame, view.segmentation->image_embedding);

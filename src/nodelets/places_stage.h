@@ -51,6 +51,10 @@ class PlacesStage {
 
   /// Waits until no request and no view waits. False if the deadline passes first.
   bool waitIdle(std::chrono::steady_clock::time_point deadline);
+  /// What to go on from later. Waits for an update that is under way.
+  std::shared_ptr<const places::PlaceMemory> memory() const;
+  /// Goes on from there instead, and publishes the graph. What waits is dropped. Does not wait.
+  void restore(std::shared_ptr<const places::PlaceMemory> memory, double voxel_size_m);
   /// Forgets all places and what waits, and publishes an empty graph.
   void clear(Stamp stamp);
   /// Drops what waits and joins the thread.
@@ -75,10 +79,12 @@ class PlacesStage {
   struct Work {
     bool is_cleared = false;  ///< before the rest
     Stamp clear_stamp;
-    std::deque<View> views;  ///< before the request
+    std::shared_ptr<const places::PlaceMemory> memory;  ///< before the rest; may be null
+    double voxel_size_m = 0.0;                          ///< of it
+    std::deque<View> views;                             ///< before the request
     std::optional<Request> request;
 
-    bool isEmpty() const { return !is_cleared && views.empty() && !request; }
+    bool isEmpty() const { return !is_cleared && memory == nullptr && views.empty() && !request; }
   };
 
   void run();
@@ -89,7 +95,8 @@ class PlacesStage {
   ros_interface::StageReport& report_;
   ros::Publisher publisher_;
   ros_interface::ByteBudget view_budget_;
-  std::unique_ptr<places::PlaceExtractor> extractor_;  ///< the thread's own
+  mutable std::mutex extractor_mutex_;  ///< guards the next; held by the thread during an update
+  std::unique_ptr<places::PlaceExtractor> extractor_;
   mutable std::mutex mutex_;  ///< guards all below; never held during an update
   std::condition_variable changed_;
   Work work_;

@@ -20,6 +20,7 @@ struct SceneGraphNodeletConfig {
   std::filesystem::path place_tasks;
   std::filesystem::path models;
   std::filesystem::path output;
+  std::filesystem::path map;
   std::string world_frame = "world";
   bool with_embeddings = false;
   std::vector<std::string> object_frames;
@@ -38,6 +39,7 @@ struct SceneGraphNodeletConfig {
         "models", self.models, {}, "",
         "YAML file of the model set: its alpha, and its text encoder for tasks without embeddings");
     v.field("output", self.output, {}, "", "folder for the map files; empty = none");
+    v.field("map", self.map, {}, "", "folder of a saved map to go on from; empty = none");
     v.field("world_frame", self.world_frame, {}, "", "tf frame of the map");
     v.field("with_embeddings", self.with_embeddings, {}, "",
             "put embeddings into the message scene_graph");

@@ -8,6 +8,7 @@
 #include <functional>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <pluginlib/class_list_macros.hpp>
 #include <sstream>
 #include <utility>
@@ -15,10 +16,10 @@
 #include "awaited_job.h"
 #include "chain_config.h"
 #include "graph_tunables.h"
+#include "map_services.h"
 #include "question_services.h"
 #include "stage_nodelet.h"
 #include "task_scene_graph/language/word_encoder.h"
-#include "task_scene_graph/map/files.h"
 #include "task_scene_graph/plausibility/embedding_checks.h"
 #include "task_scene_graph/ros/arrivals.h"
 #include "task_scene_graph/ros/flush.h"
@@ -36,9 +37,6 @@
 
 namespace tsg::nodelets {
 
-// Of save_map.
-constexpr double kSaveTimeout_s = 60.0;
-constexpr double kSaveQuiet_s = 15.0;
 
 // Of a job that a service has to wait for.
 constexpr auto kJobTimeout = std::chrono::seconds(60);
@@ -46,7 +44,7 @@ constexpr auto kJobTimeout = std::chrono::seconds(60);
 // What looks wrong with the embeddings is looked at so often: it costs tens of milliseconds.
 constexpr auto kFindingsPeriod = std::chrono::seconds(5);
 
-/// Primitives, places and tasks -> the scene graph, its markers and its files.
+/// Primitives, places and tasks -> the scene graph and its markers; MapServices has its files.
 class SceneGraphNodelet : public StageNodelet {
  public:
   ~SceneGraphNodelet() override;
@@ -55,8 +53,11 @@ class SceneGraphNodelet : public StageNodelet {
   using Job = std::function<void(scene_graph::SceneGraphBuilder&)>;
 
   void start() override;
-  void setTasks();
+  /// Where there is a map to go on from.
+  std::optional<map::LoadedMap> loadMap() const;
+  void setTasks(const std::optional<map::LoadedMap>& loaded);
   void startInterface();
+  void startMapServices(const std::optional<map::LoadedMap>& loaded);
   /// See GraphAccess.
   void runJob(const Job& job);
   void startTopics();
@@ -80,19 +81,10 @@ class SceneGraphNodelet : public StageNodelet {
   /// Says how many clusters the score keeps from the graph: merging must hide nothing without a
   /// word.
   void reportHidden(const scene_graph::SceneGraph& graph, bool is_logged);
-  bool saveMap(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   /// What the map of now holds, stage by stage, and what it lacks.
   ros_interface::FlushedStages flushChain(std::uint8_t mode,
                                           const ros_interface::Patience& patience);
   void flushOwn(const ros_interface::Patience& patience, ros_interface::FlushedStages& flushed);
-  /// Writes all files, the graph's last. Problems with the mesh are added to `flushed`.
-  /// @throws std::runtime_error if there is no graph, or it cannot be written
-  std::vector<WrittenFile> writeMap(const scene_graph::SceneGraphPtr& graph, bool is_end,
-                                    ros_interface::FlushedStages& flushed);
-  /// Nothing if there is no such stage, or if it could not be saved.
-  std::vector<WrittenFile> saveUpstreamMesh(const scene_graph::SceneGraph& graph, bool is_end,
-                                            ros_interface::FlushedStages& flushed);
-  std::vector<WrittenFile> writeGraph(const scene_graph::SceneGraph& graph);
   scene_graph::SceneGraphPtr graph();
   std::vector<std::string> upstreamServices(const std::string& name);
   /// Nothing has arrived yet.
@@ -102,7 +94,7 @@ class SceneGraphNodelet : public StageNodelet {
   std::string explainEmpty() {
     return "neither primitives nor places: " + report().describeInput("message");
   }
-  std::vector<config::YamlLine> describeRun() const;
+  std::vector<std::string> listUpstream();
 
   SceneGraphNodeletConfig config_;
   std::shared_ptr<language::WordEncoder> encoder_;
@@ -118,7 +110,6 @@ class SceneGraphNodelet : public StageNodelet {
   ros_interface::Arrivals places_;
   std::unique_ptr<ros_interface::SceneGraphPublisher> publisher_;
   ros::Publisher tf_publisher_;  ///< with object_frames only
-  ros::ServiceServer save_server_;
   std::unique_ptr<ros_interface::TopicWatch> watch_;
   std::unique_ptr<ros_interface::Worker<Job>> worker_;
   std::unique_ptr<ros_interface::ReconfigureServer<Tunables>> tunables_;
@@ -129,6 +120,8 @@ class SceneGraphNodelet : public StageNodelet {
   ros::NodeHandle interface_handle_;
   std::unique_ptr<TaskServices> tasks_;
   std::unique_ptr<QuestionServices> questions_;
+  std::unique_ptr<MapServices> map_;
+  std::atomic<bool> is_loading_{false};  ///< a map: what is in between is not published
   std::unique_ptr<ros::AsyncSpinner> interface_spinner_;
 };
 
@@ -144,7 +137,9 @@ SceneGraphNodelet::~SceneGraphNodelet() {
   if (isEmpty(graph_)) end.reason = explainEmpty();
   const bool is_written = graph_at_end_ == graph_;
   try {
-    if (!is_written && end.reason.empty() && !end.folder.empty()) end.files = writeGraph(*graph_);
+    if (!is_written && end.reason.empty() && !end.folder.empty()) {
+      end.files = map_->saveGraph(*builder_);
+    }
   } catch (const std::exception& e) {
     end.problem = std::string("map not saved: ") + e.what();
   }
@@ -153,26 +148,82 @@ SceneGraphNodelet::~SceneGraphNodelet() {
 
 void SceneGraphNodelet::start() {
   config_ = loadConfig<SceneGraphNodeletConfig>(suggestFromModels);
-  if (config_.object_tasks.empty()) {
+  if (config_.object_tasks.empty() && config_.map.empty()) {
     throw std::runtime_error("parameter '" + getPrivateNodeHandle().resolveName("object_tasks") +
                              "' is not set: it names the YAML file of the tasks (launch argument "
-                             "object_tasks:=...)");
+                             "object_tasks:=...); a map to go on from (map:=...) has them, too");
   }
   builder_ =
       std::make_unique<scene_graph::SceneGraphBuilder>(config_.scene_graph, config_.world_frame);
   encoder_ = std::make_shared<language::WordEncoder>(config_.models.string());
-  setTasks();
+  const std::optional<map::LoadedMap> loaded = loadMap();
+  setTasks(loaded);
+  if (loaded) map::restoreBuilder(loaded->map, *builder_);
   worker_ =
       std::make_unique<ros_interface::Worker<Job>>(10000, [this](const Job& job) { process(job); });
   startTopics();
+  startMapServices(loaded);
 }
 
-void SceneGraphNodelet::setTasks() {
+std::optional<map::LoadedMap> SceneGraphNodelet::loadMap() const {
+  if (config_.map.empty()) return std::nullopt;
+  map::MapUse use;
+  use.world_frame = config_.world_frame;
+  use.model_set = encoder_->modelSetName();
+  use.embedding_size = encoder_->embeddingSize();
+  return map::loadMap(config_.map, use);
+}
+
+void SceneGraphNodelet::setTasks(const std::optional<map::LoadedMap>& loaded) {
+  if (config_.object_tasks.empty()) {
+    builder_->setObjectTasks(loaded->map.objectTasks());
+    builder_->setPlaceTasks(loaded->map.placeTasks());
+    return;
+  }
   const auto tasks = ros_interface::loadChainTasks(config_.object_tasks.string(),
                                                    config_.place_tasks.string(), *encoder_);
   builder_->setObjectTasks(tasks.objects);
   builder_->setPlaceTasks(tasks.places);
   for (const auto& warning : tasks.warnings) report().warn(warning, warning);
+  const Eigen::Index size =
+      std::max(tasks.objects.embeddings.cols(), tasks.places.embeddings.cols());
+  const Eigen::Index expected = loaded ? loaded->map.embeddingSize() : 0;
+  if (size == 0 || expected == 0 || size == expected) return;
+  throw std::runtime_error("the tasks' embeddings have " + std::to_string(size) +
+                           " numbers, expected " + std::to_string(expected) + " as in map '" +
+                           config_.map.string() + "'");
+}
+
+void SceneGraphNodelet::startMapServices(const std::optional<map::LoadedMap>& loaded) {
+  MapServices::Callbacks callbacks;
+  callbacks.flush = [this](std::uint8_t mode, const ros_interface::Patience& patience) {
+    return flushChain(mode, patience);
+  };
+  callbacks.settings = [this] {
+    std::vector<config::StageSettings> stages = upstream_settings_->settings();
+    stages.push_back(settings());
+    return stages;
+  };
+  callbacks.warn = [this](const std::string& line) { report().warn(line, line); };
+  callbacks.explainEmpty = [this] { return explainEmpty(); };
+  callbacks.waitFor = [this](std::uint64_t primitives, std::uint64_t places,
+                             const ros_interface::Patience& patience) {
+    return primitives_.wait(primitives, patience) && places_.wait(places, patience) &&
+           worker_->waitHandled(patience);
+  };
+  callbacks.setLoading = [this](bool is_loading) { is_loading_ = is_loading; };
+  callbacks.setPaused = [this](bool paused) { return setPaused(paused); };
+  callbacks.isPaused = [this] { return isPaused(); };
+  map_ = std::make_unique<MapServices>(
+      serviceHandle(),
+      MapServices::Options{getName(), config_.output, listUpstream(), config_.world_frame,
+                           encoder_->modelSetName()},
+      GraphAccess{[this] { return graph(); }, [this](const Job& job) { runJob(job); }},
+      std::move(callbacks));
+  if (!loaded) return;
+  map_->setSources(loaded->map.sources());
+  for (const auto& note : loaded->notes)
+    report().warn(note, "map '" + config_.map.string() + "': " + note);
 }
 
 void SceneGraphNodelet::startInterface() {
@@ -222,8 +273,7 @@ void SceneGraphNodelet::startTopics() {
   watch_ = std::make_unique<ros_interface::TopicWatch>(report(), config_.patience_s);
   watch_->add(places_subscriber_, "place_graph");
   startInterface();
-  worker_->pushOrder([](scene_graph::SceneGraphBuilder&) {});  // publishes the empty graph
-  save_server_ = serviceHandle().advertiseService("save_map", &SceneGraphNodelet::saveMap, this);
+  worker_->pushOrder([](scene_graph::SceneGraphBuilder&) {});  // publishes the graph of now
 }
 
 void SceneGraphNodelet::startTunables() {
@@ -308,7 +358,7 @@ void SceneGraphNodelet::process(const Job& job) {
   } catch (const std::exception& e) {
     report().countDropped("unusable input", e.what());
   }
-  if (worker_->size() > 1) return;  // more is waiting: one clustering for all of it
+  if (worker_->size() > 1 || is_loading_) return;  // more is waiting: one clustering for all of it
   try {
     const ros_interface::StageTimer timer;
     publish(builder_->snapshot());
@@ -367,7 +417,8 @@ msg::FlushResponse SceneGraphNodelet::flush(const msg::FlushRequest& request,
     flushed = flushChain(request.mode, patience);
     try {
       const scene_graph::SceneGraphPtr newest = graph();
-      if (!config_.output.empty()) files_at_end_ = writeMap(newest, true, flushed);
+      if (isEmpty(newest)) throw std::runtime_error(explainEmpty());
+      if (!config_.output.empty()) files_at_end_ = map_->save(true, flushed);
       graph_at_end_ = newest;
     } catch (const std::exception& e) {
       flushed.missing.push_back(getName() + ": " + e.what());
@@ -382,34 +433,9 @@ msg::FlushResponse SceneGraphNodelet::flush(const msg::FlushRequest& request,
   return response;
 }
 
-bool SceneGraphNodelet::saveMap(std_srvs::Trigger::Request&,
-                                std_srvs::Trigger::Response& response) {
-  try {
-    if (config_.output.empty()) throw std::runtime_error("parameter 'output' is not set");
-    auto flushed = flushChain(msg::FlushRequest::SNAPSHOT,
-                              ros_interface::Patience::from(kSaveTimeout_s, kSaveQuiet_s));
-    const std::vector<WrittenFile> files = writeMap(graph(), false, flushed);
-    NODELET_INFO_STREAM("[" << getName() << "] " << describeWritten(config_.output, files));
-    response.message = config_.output.string();
-    for (const auto& line : flushed.contents) response.message += "\n" + line;
-    for (const auto& line : flushed.missing) {
-      response.message += "\nmissing: " + line;
-      report().warn("save_map", "save_map: missing: " + line);
-    }
-    response.success = flushed.missing.empty() ? 1 : 0;
-  } catch (const std::exception& e) {
-    response.message = std::string("no map was written: ") + e.what();
-    response.success = 0;
-    NODELET_ERROR_STREAM("[" << getName() << "] " << response.message);
-  }
-  return true;
-}
-
 ros_interface::FlushedStages SceneGraphNodelet::flushChain(
     std::uint8_t mode, const ros_interface::Patience& patience) {
-  std::vector<std::string> stages;
-  for (const auto& stage : config_.upstream) stages.push_back(getNodeHandle().resolveName(stage));
-  ros_interface::FlushedStages flushed = ros_interface::flushStages(stages, mode, patience);
+  ros_interface::FlushedStages flushed = ros_interface::flushStages(listUpstream(), mode, patience);
   flushOwn(patience, flushed);
   return flushed;
 }
@@ -434,48 +460,10 @@ scene_graph::SceneGraphPtr SceneGraphNodelet::graph() {
   return graph_;
 }
 
-std::vector<WrittenFile> SceneGraphNodelet::writeMap(const scene_graph::SceneGraphPtr& graph,
-                                                     bool is_end,
-                                                     ros_interface::FlushedStages& flushed) {
-  if (isEmpty(graph)) throw std::runtime_error(explainEmpty());
-  const std::vector<WrittenFile> mesh = saveUpstreamMesh(*graph, is_end, flushed);
-  std::vector<WrittenFile> files = writeGraph(*graph);
-  files.insert(files.end(), mesh.begin(), mesh.end());
-  return files;
-}
-
-std::vector<WrittenFile> SceneGraphNodelet::saveUpstreamMesh(
-    const scene_graph::SceneGraph& graph, bool is_end, ros_interface::FlushedStages& flushed) {
-  if (config_.upstream.empty()) return {};
-  const std::string service =
-      getNodeHandle().resolveName(ros::names::append(config_.upstream.back(), "save_mesh"));
-  if (!ros::service::exists(service, false)) return {};
-  msg::SaveMesh call;
-  call.request.folder = config_.output.string();
-  call.request.has_objects = 1;
-  call.request.is_end = is_end ? 1 : 0;
-  for (const auto& [primitive, object] : scene_graph::computeObjectOfPrimitives(graph)) {
-    call.request.primitives.push_back(primitive.value);
-    call.request.objects.push_back(object);
-  }
-  if (!ros::service::call(service, call) || call.response.success == 0) {
-    flushed.missing.push_back(service + ": " + call.response.message);
-    return {};
-  }
-  std::vector<WrittenFile> files;
-  for (std::size_t i = 0; i < call.response.files.size(); ++i) {
-    files.push_back({call.response.files[i], call.response.contents[i]});
-  }
-  return files;
-}
-
-std::vector<WrittenFile> SceneGraphNodelet::writeGraph(const scene_graph::SceneGraph& graph) {
-  std::filesystem::create_directories(config_.output);
-  std::vector<WrittenFile> files = map::writeGraphFiles(config_.output, graph);
-  std::vector<config::StageSettings> stages = upstream_settings_->settings();
-  stages.push_back(settings());
-  files.push_back(map::writeSettingsFile(config_.output, describeRun(), stages));
-  return files;
+std::vector<std::string> SceneGraphNodelet::listUpstream() {
+  std::vector<std::string> stages;
+  for (const auto& stage : config_.upstream) stages.push_back(getNodeHandle().resolveName(stage));
+  return stages;
 }
 
 std::vector<std::string> SceneGraphNodelet::upstreamServices(const std::string& name) {
@@ -513,13 +501,8 @@ std::string SceneGraphNodelet::reset() {
   if (!is_told)
     worker_->pushOrder([](scene_graph::SceneGraphBuilder& builder) { builder.reset(); });
   worker_->waitHandled(patience);
+  map_->setSources({});
   return "the map is forgotten; tasks and parameters stay";
-}
-
-std::vector<config::YamlLine> SceneGraphNodelet::describeRun() const {
-  std::vector<config::YamlLine> lines{{"program", config::quoteYaml("live, " + getName()), ""}};
-  lines.push_back({"model_set", config::quoteYaml(encoder_->modelSetName()), ""});
-  return lines;
 }
 
 }  // namespace tsg::nodelets

@@ -24,6 +24,17 @@ Pipeline::Pipeline(const PipelineConfig& config, const scene_graph::TaskList& ob
   scene_graph_.setPlaceTasks(place_tasks);
 }
 
+void Pipeline::restore(const map::Map& map) {
+  places_.restore(*map.placeMemory(), background_.free_space.config().tsdf.voxel_size_m);
+  background_.surface.restore(map.meshBlocks());
+  map::restoreBuilder(map, scene_graph_);
+  if (!map.primitives().empty()) objects_.continueIdsAfter(map.primitives().back()->id);
+  if (occupancy_ && map.occupancy()) *occupancy_ = mapping::OccupancyMap(*map.occupancy());
+  trajectory_ = *map.trajectory();
+  sources_ = map.sources();
+  newest_ = map.stamp();
+}
+
 void Pipeline::process(const RgbdFramePtr& frame, const SegmentationPtr& recorded) {
   newest_ = frame->stamp;
   trajectory_.add(frame->stamp, frame->T_world_camera);
@@ -55,6 +66,9 @@ map::MapPtr Pipeline::finish() {
   map::Map map = times_.measure("scene_graph", [&] { return map::makeMap(scene_graph_); });
   map.setTrajectory(std::make_shared<const Trajectory>(trajectory_));
   map.setMesh(background_.surface.config().tsdf.voxel_size_m, updateMesh());
+  map.setPlaceMemory(std::make_shared<const places::PlaceMemory>(places_.memory()));
+  if (occupancy_) map.setOccupancy(std::make_shared<const mapping::OccupancyMap>(*occupancy_));
+  map.setSources(sources_);
   return map.snapshot();
 }
 

@@ -56,6 +56,19 @@ void OccupancyPublisher::clear(Stamp stamp) {
   publishAll();
 }
 
+void OccupancyPublisher::replace(Stamp stamp) {
+  clear(stamp);
+  const auto voxels = map_.voxels();
+  for (std::size_t first = 0; first < voxels.size(); first += kVoxelsPerPart) {
+    const std::size_t end = std::min(voxels.size(), first + kVoxelsPerPart);
+    const std::vector<mapping::OccupancyVoxel> part(
+        voxels.begin() + static_cast<std::ptrdiff_t>(first),
+        voxels.begin() + static_cast<std::ptrdiff_t>(end));
+    changes_publisher_.publish(
+        toMessage(part, map_.config().resolution_m, false, stamp, options_.world_frame));
+  }
+}
+
 void OccupancyPublisher::serveMap(PartSender& sender) {
   const std::lock_guard<std::mutex> lock(map_mutex_);
   if (last_) sender.send(toMessage(map_, *last_, options_.world_frame));

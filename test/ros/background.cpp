@@ -12,6 +12,7 @@
 #include "background_stage.h"
 #include "support.h"
 #include "synthetic_robot.h"
+#include "task_scene_graph/map/files.h"
 #include "task_scene_graph/mapping/marching_cubes.h"
 #include "task_scene_graph/ros/mesh_update_conversions.h"
 
@@ -63,11 +64,15 @@ MeshUpdateReader follow(const Recorder<msg::MeshUpdate>& recorder) {
   return reader;
 }
 
-/// As map::writeMeshFile() says it of the whole mesh.
+/// Of the whole mesh, in words.
 std::string countVertices(const MeshUpdateReader& reader) {
   Mesh all;
   for (const auto& [block, mesh] : reader.blocks()) all.append(*mesh);
   return std::to_string(mapping::weldVertices(all).vertices.size()) + " vertices";
+}
+
+std::string countVertices(BackgroundStage& stage) {
+  return std::to_string(map::computeMesh(stage.makeMap()).vertices.size()) + " vertices";
 }
 
 using Voxels = std::set<std::array<int, 4>>;
@@ -118,13 +123,12 @@ void expectAllIsSent(Fixture& fixture, const Voxels& expected, const std::string
 
 TEST(BackgroundStage, SubscribersWhoComeInTheMiddleOrLateAreSentAllAndNoFrameIsLost) {
   Fixture fixture("late");
-  const TemporaryFolder folder;
   fixture.addFrames(0, 20);
   Recorder<msg::MeshUpdate> mesh("late/mesh_blocks");
   Recorder<msg::OctomapChanges> voxels("late/octomap_changes");
   fixture.addFrames(20, 60);
   ASSERT_TRUE(fixture.stage.flush({soon()}).empty());
-  const std::string vertices = fixture.stage.writeFiles(folder.path(), {}, {})[0].content;
+  const std::string vertices = countVertices(fixture.stage);
   const Voxels expected = computeVoxels(60);
   ASSERT_GT(expected.size(), 1000U);
   EXPECT_TRUE(waitUntil([&] { return countVertices(follow(mesh)) == vertices; }));
@@ -170,8 +174,7 @@ TEST(BackgroundStage, ResetClearsAllAndTellsSubscribersAndANewMapFollows) {
 
   fixture.addFrames(0, 3);
   ASSERT_TRUE(fixture.stage.flush({soon()}).empty());
-  const TemporaryFolder folder;
-  const std::string vertices = fixture.stage.writeFiles(folder.path(), {}, {})[0].content;
+  const std::string vertices = countVertices(fixture.stage);
   EXPECT_TRUE(waitUntil([&] { return countVertices(follow(mesh)) == vertices; }));
   mesh.stop();
   Recorder<msg::MeshUpdate> late("reset/mesh_blocks");
@@ -239,7 +242,9 @@ TEST(BackgroundStage, SavingWhileFramesComeLosesNone) {
   fixture.addFrames(0, 5);
   ASSERT_TRUE(fixture.stage.flush({soon()}).empty());
   std::thread saver([&] {
-    for (int i = 0; i < 5; ++i) fixture.stage.writeFiles(folder.path(), {}, {});
+    for (int i = 0; i < 5; ++i) {
+      map::writeBackgroundPart(folder.path(), fixture.stage.makeMap(), {}, {});
+    }
   });
   fixture.addFrames(5, 60);
   saver.join();

@@ -126,7 +126,8 @@ class ProcessBag(unittest.TestCase):
         counts = json.loads((output / "summary.json").read_text())["counts"]
         line = done.stdout.splitlines()[-1]
         self.assertTrue(line.startswith(f"wrote {output}: scene_graph.json ({counts['objects']} object"), line)
-        self.assertRegex(line, r"mesh\.ply \(\d+ vertices\), settings\.yaml, (floor_\d\.\w+( \([^)]*\))?, )*timing\.json$")
+        self.assertRegex(line, r"settings\.yaml, trajectory\.txt \(\d+ poses\), mesh\.ply \(\d+ vertices\), "
+                               r"(floor_\d\.\w+( \([^)]*\))?, )*state \(to go on from\), map\.json, timing\.json$")
         for path in output.iterdir():
             self.assertIn(path.name, line)
 

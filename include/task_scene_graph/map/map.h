@@ -8,7 +8,10 @@
 #include "task_scene_graph/config/settings.h"
 #include "task_scene_graph/core/primitives.h"
 #include "task_scene_graph/core/trajectory.h"
+#include "task_scene_graph/map/folder.h"
 #include "task_scene_graph/mapping/background_map.h"
+#include "task_scene_graph/mapping/occupancy_map.h"
+#include "task_scene_graph/places/place_memory.h"
 #include "task_scene_graph/scene_graph/builder.h"
 #include "task_scene_graph/scene_graph/clusters.h"
 #include "task_scene_graph/scene_graph/config.h"
@@ -95,6 +98,24 @@ class Map {
   /// @throws std::invalid_argument for null.
   void setTrajectory(std::shared_ptr<const Trajectory> trajectory);
 
+  /// What the places go on from; never null.
+  const std::shared_ptr<const places::PlaceMemory>& placeMemory() const { return place_memory_; }
+  /// @throws std::invalid_argument for null.
+  void setPlaceMemory(std::shared_ptr<const places::PlaceMemory> memory);
+
+  /// Null unless an occupancy map is kept.
+  const std::shared_ptr<const mapping::OccupancyMap>& occupancy() const { return occupancy_; }
+  void setOccupancy(std::shared_ptr<const mapping::OccupancyMap> occupancy) {
+    occupancy_ = std::move(occupancy);
+  }
+
+  /// Maps that went into this one, see mergeMaps().
+  const std::vector<MapSource>& sources() const { return sources_; }
+  void setSources(std::vector<MapSource> sources) { sources_ = std::move(sources); }
+
+  /// D of its primitives, places or tasks; 0 if none of them has an embedding.
+  Eigen::Index embeddingSize() const;
+
  private:
   std::string world_frame_;
   std::shared_ptr<const scene_graph::TaskList> object_tasks_;
@@ -107,6 +128,9 @@ class Map {
   std::vector<mapping::BlockMesh> mesh_blocks_;
   double mesh_voxel_size_m_ = 0.0;
   std::shared_ptr<const Trajectory> trajectory_;
+  std::shared_ptr<const places::PlaceMemory> place_memory_;
+  std::shared_ptr<const mapping::OccupancyMap> occupancy_;
+  std::vector<MapSource> sources_;
 };
 
 /// The map of what a builder was given: frame, tasks, configuration, primitives, places, and how
@@ -118,6 +142,13 @@ Map makeMap(scene_graph::SceneGraphBuilder& builder);
 /// @throws std::invalid_argument naming a member of a cluster that is not in the map, or whose
 /// embedding is of another size than the tasks'.
 scene_graph::SceneGraph computeSceneGraph(const Map& map);
+
+/// Gives a builder what a map holds: its primitives, places and the ids of its clusters, in the
+/// place of what it had; tasks and configuration stay. Primitives that do not fit the tasks are
+/// left out. @returns what became of the primitives.
+/// @throws std::invalid_argument as SceneGraphBuilder::setPlaces(); nothing has changed then.
+scene_graph::PrimitiveUpdate restoreBuilder(const Map& map,
+                                            scene_graph::SceneGraphBuilder& builder);
 
 /// The mesh of all blocks, welded across their borders; world frame.
 Mesh computeMesh(const Map& map);

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "task_scene_graph/core/stage_times.h"
 #include "task_scene_graph/core/trajectory.h"
@@ -56,6 +57,11 @@ class Pipeline {
            std::unique_ptr<segmentation::Segmenter> segmenter,
            const std::string& world_frame = "world");
 
+  /// Goes on from a map of before: its primitives, places, mesh, trajectory and ids. Tasks and
+  /// configuration stay. Before the first frame.
+  /// @throws std::invalid_argument naming both if a voxel size is another than the configuration's.
+  void restore(const map::Map& map);
+
   /// @param recorded  segmentation of this frame, or null: the segmenter is asked, if there is one.
   void process(const RgbdFramePtr& frame, const SegmentationPtr& recorded);
 
@@ -88,6 +94,7 @@ class Pipeline {
   ObjectFusion objects_;
   scene_graph::SceneGraphBuilder scene_graph_;
   Trajectory trajectory_;
+  std::vector<map::MapSource> sources_;
   StageTimes times_;
   Stamp newest_;
 };

@@ -34,6 +34,8 @@ class OccupancyPublisher {
   /// Tells subscribers that the map is empty now. Precondition: it is, and the caller holds
   /// map_mutex.
   void clear(Stamp stamp);
+  /// Tells subscribers that the map is another one now. Precondition: the caller holds map_mutex.
+  void replace(Stamp stamp);
 
  private:
   void publishAll();

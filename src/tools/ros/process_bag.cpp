@@ -21,7 +21,6 @@
 #include "task_scene_graph/map/files.h"
 #include "task_scene_graph/pipeline/pipeline.h"
 #include "task_scene_graph/plausibility/embedding_checks.h"
-#include "task_scene_graph/planning/storeys.h"
 #include "task_scene_graph/ros/input_plausibility_report.h"
 #include "task_scene_graph/ros/rgbd_bag.h"
 #include "task_scene_graph/ros/task_loader.h"
@@ -40,6 +39,7 @@ struct Arguments {
   std::string models;
   std::string config;
   std::string output;
+  std::string map;
   std::size_t max_frames = 0;
   bool ignore_recorded_segmentation = false;
   tools::InputOptions input;
@@ -66,6 +66,8 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
       "what is known of a published dataset: clio_dataset; or a file laid out as --config, which "
       "comes before it")("output", tools::pathOption(arguments.output),
                          "folder, made if absent; default: the configuration's")(
+      "map", tools::pathOption(arguments.map),
+      "folder of a saved map to go on from; default: the configuration's, else none")(
       "max-frames", options::value(&arguments.max_frames), "stop after so many frames; 0 = all")(
       "ignore-recorded-segmentation", options::bool_switch(&arguments.ignore_recorded_segmentation),
       "use the models although the bag holds recorded segmentations");
@@ -121,6 +123,7 @@ nodelets::ChainConfig loadConfig(const Arguments& arguments) {
   };
   give(given, "models", arguments.models);
   give(given, "output", arguments.output);
+  give(given, "map", arguments.map);
   given["input"] = arguments.input.toYaml();
   give(given["scene_graph"], "object_tasks", arguments.object_tasks);
   give(given["scene_graph"], "place_tasks", arguments.place_tasks);
@@ -248,19 +251,31 @@ std::vector<config::YamlLine> describeRun(const Arguments& arguments, const std:
 }
 
 std::vector<WrittenFile> writeFiles(const Arguments& arguments, const nodelets::ChainConfig& chain,
-                                    const std::string& model_set,
-                                    const pipeline::Pipeline& pipeline, map::Map map) {
+                                    const std::string& model_set, map::Map map) {
   const fs::path& output = chain.scene_graph.config.output;
   map.setSettings({model_set, map.settings().scene_graph, nodelets::listSettings(chain),
                    describeRun(arguments, model_set)});
-  std::vector<WrittenFile> files = map::writeOccupancyFiles(output, pipeline.occupancy());
-  for (auto& file : map::writeMap(output, map)) files.push_back(std::move(file));
-  planning::StoreyMap storeys;
-  storeys.update(pipeline.places().plan());
-  for (auto& file : planning::writeStoreyFiles(output, storeys.storeys())) {
-    files.push_back(std::move(file));
+  return map::writeMap(output, map);
+}
+
+/// Loads a map that was made with what is used now.
+void goOn(const fs::path& folder, const nodelets::ChainConfig& chain,
+          const std::optional<segmentation::ModelSet>& models, const scene_graph::TaskList& tasks,
+          pipeline::Pipeline& pipeline) {
+  const auto& fusion = chain.mesh_fusion.config.background_fusion;
+  map::MapUse use;
+  use.world_frame = chain.mesh_fusion.config.input.world_frame;
+  if (models) use.model_set = models->name;
+  use.embedding_size = tasks.embeddings.cols();
+  use.mesh_voxel_size_m = fusion.background.tsdf.voxel_size_m;
+  use.free_space_voxel_size_m = fusion.free_space.tsdf.voxel_size_m;
+  map::LoadedMap loaded = map::loadMap(folder, use);
+  if (fusion.occupancy.enabled) {
+    loaded.map.setOccupancy(map::readOccupancy(folder, fusion.occupancy));
   }
-  return files;
+  for (const auto& note : loaded.notes)
+    std::cerr << "map '" << folder.string() << "': " << note << "\n";
+  pipeline.restore(loaded.map);
 }
 
 void run(const Arguments& arguments) {
@@ -280,6 +295,10 @@ void run(const Arguments& arguments) {
   pipeline::Pipeline pipeline(config, tasks.objects, tasks.places, std::move(segmenter),
                               input.world_frame);
 
+  if (!scene_graph_config.map.empty()) {
+    goOn(scene_graph_config.map, chain, models, tasks.objects, pipeline);
+  }
+
   Findings findings(bag, chain);
   const std::size_t num_frames = processFrames(bag, pipeline, findings, arguments.max_frames);
   findings.print();
@@ -292,8 +311,7 @@ void run(const Arguments& arguments) {
   const map::MapPtr map = pipeline.finish();
   const scene_graph::SceneGraph graph = map::computeSceneGraph(*map);
   findings.print(pipeline, graph, config.tracker);
-  std::vector<WrittenFile> files =
-      writeFiles(arguments, chain, models ? models->name : "", pipeline, *map);
+  std::vector<WrittenFile> files = writeFiles(arguments, chain, models ? models->name : "", *map);
   const fs::path& output = scene_graph_config.output;
   writeTiming(output / "timing.json", pipeline, bag);
   files.push_back({"timing.json", ""});

@@ -69,8 +69,9 @@ TEST(MapFiles, AMapIsWrittenWithAllThatItHolds) {
   settings.record = {{"program", "test", ""}};
   map.setSettings(settings);
   const auto files = writeMap(folder.path() / "new/map", map);
-  const std::set<std::string> expected = {"scene_graph.json", "summary.json", "trajectory.txt",
-                                          "mesh.ply", "settings.yaml"};
+  const std::set<std::string> expected = {"scene_graph.json", "summary.json",  "trajectory.txt",
+                                          "mesh.ply",         "settings.yaml", "state",
+                                          "map.json"};
   EXPECT_EQ(listNames(files), expected);
   EXPECT_EQ(listFolder(folder.path() / "new/map"), expected);
   const auto settings_text = readFile(folder.path() / "new/map/settings.yaml");
@@ -80,7 +81,7 @@ TEST(MapFiles, AMapIsWrittenWithAllThatItHolds) {
 
 TEST(MapFiles, WhatAMapDoesNotHoldHasNoFile) {
   const test::TemporaryFolder folder;
-  const std::set<std::string> expected = {"scene_graph.json", "summary.json"};
+  const std::set<std::string> expected = {"scene_graph.json", "summary.json", "state", "map.json"};
   EXPECT_EQ(listNames(writeMap(folder.path(), Map())), expected);
   EXPECT_EQ(listFolder(folder.path()), expected);
 }

@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "task_scene_graph/map/merge.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <sstream>
+#include <stdexcept>
+#include <unordered_map>
+#include <unordered_set>
+#include <utility>
+
+#include "task_scene_graph/mapping/tsdf_integrator.h"
+#include "task_scene_graph/places/place_extractor.h"
+
+namespace tsg::map {
+namespace {
+
+using mapping::BlockMesh;
+using mapping::GridIndex;
+using Cells = std::unordered_set<GridIndex, mapping::GridIndexHash>;
+
+constexpr double kMaxTilt_rad = 5.0 * 3.14159265358979323846 / 180.0;
+
+template <typename Value>
+void requireSame(const char* what, const Value& a, const Value& b, const char* hint = "") {
+  if (a == b || a == Value{} || b == Value{}) return;
+  std::ostringstream message;
+  message << "the second map has " << what << " " << b << ", expected " << a
+          << " as the first one has" << hint;
+  throw std::invalid_argument(message.str());
+}
+
+std::string quote(const std::string& text) { return text.empty() ? "" : "'" + text + "'"; }
+
+void requireMergeable(const Map& a, const Map& b, const MergeOptions& options) {
+  requireSame("embeddings of model set", quote(a.settings().model_set),
+              quote(b.settings().model_set));
+  requireSame("embeddings of size", a.embeddingSize(), b.embeddingSize());
+  requireSame("a mesh of voxels of [m]", a.meshVoxelSize(), b.meshVoxelSize());
+  requireSame("free space in voxels of [m]", a.placeMemory()->voxel_size_m,
+              b.placeMemory()->voxel_size_m);
+  if (!options.is_transform_given) {
+    requireSame("coordinates in frame", quote(a.worldFrame()), quote(b.worldFrame()),
+                "; or a transform");
+  }
+  const double tilt_rad = std::acos(std::clamp(options.T_a_b.linear()(2, 2), -1.0, 1.0));
+  if (tilt_rad <= kMaxTilt_rad) return;
+  std::ostringstream message;
+  message << "the transform tilts by " << tilt_rad / kMaxTilt_rad * 5.0
+          << " degrees, expected a turn about the vertical (z), 5 degrees at most";
+  throw std::invalid_argument(message.str());
+}
+
+void move(Mesh& mesh, const Pose& T) {
+  const Eigen::Isometry3f T_float = T.cast<float>();
+  for (auto& vertex : mesh.vertices) vertex = T_float * vertex;
+}
+
+/// The hull of a box that was turned.
+Aabb move(const Aabb& box, const Pose& T) {
+  Aabb moved;
+  for (int corner = 0; corner < 8; ++corner) {
+    moved.extend(T * box.corner(static_cast<Aabb::CornerType>(corner)));
+  }
+  return moved;
+}
+
+OrientedBox move(const OrientedBox& box, const Pose& T) {
+  std::vector<Eigen::Vector3f> corners;
+  for (const Eigen::Vector3f& corner : box.corners()) {
+    corners.emplace_back((T * corner.cast<double>()).cast<float>());
+  }
+  OrientedBox moved = computeOrientedBox(corners);
+  moved.size_m.z() = box.size_m.z();
+  return moved;
+}
+
+ObjectPrimitivePtr move(const ObjectPrimitive& primitive, const Pose& T, std::uint64_t id_offset) {
+  auto moved = std::make_shared<ObjectPrimitive>(primitive);
+  moved->id.value += id_offset;
+  if (T.isApprox(Pose::Identity(), 0.0)) return moved;
+  move(moved->mesh, T);
+  moved->box = moved->mesh.vertices.empty() ? move(primitive.box, T) : moved->mesh.computeBounds();
+  if (!primitive.oriented_box.isEmpty()) moved->oriented_box = move(primitive.oriented_box, T);
+  return moved;
+}
+
+GridIndex toIndex(const Eigen::Vector3f& p_m, double side_m) {
+  return (p_m.cast<double>() / side_m).array().floor().cast<int>();
+}
+
+Eigen::Vector3f centroid(const Mesh& mesh, const std::array<std::uint32_t, 3>& triangle) {
+  return (mesh.vertices[triangle[0]] + mesh.vertices[triangle[1]] + mesh.vertices[triangle[2]]) /
+         3.0F;
+}
+
+/// Cells of a voxel's size that a surface is in, and their neighbours.
+Cells findCells(const std::vector<BlockMesh>& blocks, double voxel_size_m) {
+  Cells cells;
+  for (const auto& block : blocks) {
+    for (const auto& triangle : block.mesh->triangles) {
+      const GridIndex cell = toIndex(centroid(*block.mesh, triangle), voxel_size_m);
+      for (int i = 0; i < 27; ++i) {
+        cells.insert(cell + GridIndex(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1));
+      }
+    }
+  }
+  return cells;
+}
+
+struct IsBefore {
+  bool operator()(const GridIndex& a, const GridIndex& b) const { return mapping::isBefore(a, b); }
+};
+
+/// Gathers triangles by the block in which their middle lies.
+class BlockGatherer {
+ public:
+  explicit BlockGatherer(double block_side_m) : block_side_m_(block_side_m) {}
+
+  void add(const Mesh& mesh, const std::array<std::uint32_t, 3>& triangle) {
+    const GridIndex index = toIndex(centroid(mesh, triangle), block_side_m_);
+    Block& block = blocks_[index];
+    std::array<std::uint32_t, 3> moved{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto next = static_cast<std::uint32_t>(block.mesh.vertices.size());
+      const auto [found, is_new] = block.vertices.try_emplace(triangle[i], next);
+      if (is_new) {
+        block.mesh.vertices.push_back(mesh.vertices[triangle[i]]);
+        block.mesh.colors.push_back(mesh.colors[triangle[i]]);
+      }
+      moved[i] = found->second;
+    }
+    block.mesh.triangles.push_back(moved);
+  }
+  /// The next triangles are of another mesh: their vertices are other ones.
+  void startMesh() {
+    for (auto& [index, block] : blocks_) block.vertices.clear();
+  }
+  std::map<GridIndex, Mesh, IsBefore> take() {
+    std::map<GridIndex, Mesh, IsBefore> meshes;
+    for (auto& [index, block] : blocks_) meshes[index] = std::move(block.mesh);
+    return meshes;
+  }
+
+ private:
+  struct Block {
+    Mesh mesh;
+    std::unordered_map<std::uint32_t, std::uint32_t> vertices;  ///< of the mesh at hand
+  };
+
+  double block_side_m_;
+  std::map<GridIndex, Block, IsBefore> blocks_;
+};
+
+void mergeMeshes(const Map& b, const Pose& T_a_b, Map& merged) {
+  if (b.meshBlocks().empty()) return;
+  const double voxel_size_m =
+      merged.meshVoxelSize() > 0.0 ? merged.meshVoxelSize() : b.meshVoxelSize();
+  const Cells known = findCells(merged.meshBlocks(), voxel_size_m);
+  BlockGatherer gatherer(voxel_size_m * mapping::kBlockSide);
+  for (const auto& block : b.meshBlocks()) {
+    Mesh mesh = *block.mesh;
+    move(mesh, T_a_b);
+    gatherer.startMesh();
+    for (const auto& triangle : mesh.triangles) {
+      if (known.count(toIndex(centroid(mesh, triangle), voxel_size_m)) > 0) continue;
+      gatherer.add(mesh, triangle);
+    }
+  }
+  auto meshes = gatherer.take();
+  std::vector<BlockMesh> blocks = merged.meshBlocks();
+  for (auto& block : blocks) {
+    const auto found = meshes.find(block.block);
+    if (found == meshes.end()) continue;
+    Mesh both = *block.mesh;
+    both.append(found->second);
+    block.mesh = std::make_shared<const Mesh>(std::move(both));
+    meshes.erase(found);
+  }
+  for (auto& [index, mesh] : meshes) {
+    blocks.push_back({index, std::make_shared<const Mesh>(std::move(mesh))});
+  }
+  std::sort(blocks.begin(), blocks.end(), [](const BlockMesh& x, const BlockMesh& y) {
+    return mapping::isBefore(x.block, y.block);
+  });
+  merged.setMesh(voxel_size_m, std::move(blocks));
+}
+
+void mergeTrajectories(const Map& b, const Pose& T_a_b, Map& merged) {
+  auto trajectory = std::make_shared<Trajectory>(*merged.trajectory());
+  for (const auto& [ns, pose] : b.trajectory()->poses()) {
+    if (merged.trajectory()->poses().count(ns) == 0) trajectory->add({ns}, T_a_b * pose);
+  }
+  merged.setTrajectory(std::move(trajectory));
+}
+
+/// Of all places, found anew; of a map without free space, its graph beside the other's.
+void mergePlaces(const Map& a, const Map& b, const MergeOptions& options, std::uint64_t offset,
+                 Map& merged) {
+  const auto memory =
+      places::mergeMemories(*a.placeMemory(), *b.placeMemory(), options.T_a_b, offset);
+  if (!memory.isEmpty()) {
+    places::PlaceExtractor extractor(options.places);
+    extractor.restore(memory, memory.voxel_size_m);
+    merged.setPlaceMemory(std::make_shared<const places::PlaceMemory>(extractor.memory()));
+    merged.setPlaces(std::make_shared<const PlaceGraph>(extractor.graph()));
+    return;
+  }
+  auto graph = std::make_shared<PlaceGraph>(*a.places());
+  graph->stamp = std::max(a.places()->stamp, b.places()->stamp);
+  for (Place place : b.places()->places) {
+    place.id.value += offset;
+    place.position_m = options.T_a_b * place.position_m;
+    graph->places.push_back(std::move(place));
+  }
+  for (PlaceEdge edge : b.places()->edges) {
+    edge.a.value += offset;
+    edge.b.value += offset;
+    graph->edges.push_back(edge);
+  }
+  merged.setPlaces(std::move(graph));
+}
+
+std::uint64_t maxPrimitiveId(const Map& map) {
+  return map.primitives().empty() ? 0 : map.primitives().back()->id.value;
+}
+
+std::uint64_t maxPlaceId(const Map& map) {
+  const auto& places = map.places()->places;
+  const std::uint64_t remembered = map.placeMemory()->next_id - 1;
+  return std::max(remembered, places.empty() ? 0 : places.back().id.value);
+}
+
+/// `b`, and what it was merged from itself.
+void recordSources(const Map& b, const MergeOptions& options, std::uint64_t primitive_offset,
+                   std::uint64_t place_offset, Map& merged) {
+  std::vector<MapSource> sources = merged.sources();
+  sources.push_back({options.name_b, options.T_a_b, primitive_offset, place_offset,
+                     maxPrimitiveId(b) + primitive_offset});
+  for (MapSource source : b.sources()) {
+    source.T_map_source = options.T_a_b * source.T_map_source;
+    source.primitive_id_offset += primitive_offset;
+    source.place_id_offset += place_offset;
+    source.max_primitive_id += primitive_offset;
+    sources.push_back(std::move(source));
+  }
+  merged.setSources(std::move(sources));
+}
+
+void recluster(const Map& before, Map& merged) {
+  scene_graph::SceneGraphBuilder builder(merged.settings().scene_graph, merged.worldFrame());
+  builder.setObjectTasks(merged.objectTasks());
+  builder.setPlaceTasks(merged.placeTasks());
+  merged.setClusters(before.objectClusters(), before.regionClusters());
+  restoreBuilder(merged, builder);
+  merged.setClusters(builder.computeObjectClusters(), builder.computeRegionClusters());
+}
+
+}  // namespace
+
+Map mergeMaps(const Map& a, const Map& b, const MergeOptions& options) {
+  requireMergeable(a, b, options);
+  Map merged = a;
+  const std::uint64_t primitive_offset = maxPrimitiveId(a);
+  const std::uint64_t place_offset = maxPlaceId(a);
+  std::vector<ObjectPrimitivePtr> moved;
+  for (const auto& primitive : b.primitives()) {
+    moved.push_back(move(*primitive, options.T_a_b, primitive_offset));
+  }
+  merged.addPrimitives(std::move(moved));
+  if (a.objectTasks().size() == 0) merged.setTasks(b.objectTasks(), b.placeTasks());
+  mergePlaces(a, b, options, place_offset, merged);
+  mergeMeshes(b, options.T_a_b, merged);
+  mergeTrajectories(b, options.T_a_b, merged);
+  recordSources(b, options, primitive_offset, place_offset, merged);
+  recluster(a, merged);
+  return merged;
+}
+
+}  // namespace tsg::map
