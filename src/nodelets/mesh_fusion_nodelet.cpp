@@ -48,8 +48,9 @@ class MeshFusionNodelet : public StageNodelet {
   bool saveMesh(msg::SaveMeshRequest& request, msg::SaveMeshResponse& response);
   bool savePart(msg::SaveMapPartRequest& request, msg::SaveMapPartResponse& response);
   bool serveLoad(msg::LoadMapRequest& request, msg::LoadMapResponse& response);
-  /// @throws as map::loadMap(); nothing has changed then.
-  void loadMap(const std::filesystem::path& folder);
+  /// All but the primitives, which are returned. @throws as map::loadMap(); nothing has changed
+  /// then.
+  std::vector<ObjectPrimitivePtr> loadMap(const std::filesystem::path& folder);
   void noteObjects(const std::vector<std::uint64_t>& primitives,
                    const std::vector<std::int32_t>& objects);
   /// @throws std::runtime_error if there is nothing to be saved.
@@ -107,7 +108,7 @@ void MeshFusionNodelet::start() {
   matcher_ =
       std::make_unique<ros_interface::FrameMatcher>(static_cast<std::size_t>(config_.frame_cache));
   startStages();
-  if (!config_.map.empty()) loadMap(config_.map);
+  if (!config_.map.empty()) objects_->begin(loadMap(config_.map));
   subscribe();
 }
 
@@ -302,7 +303,7 @@ std::vector<WrittenFile> MeshFusionNodelet::writePart(const std::filesystem::pat
 
 bool MeshFusionNodelet::serveLoad(msg::LoadMapRequest& request, msg::LoadMapResponse& response) {
   try {
-    loadMap(request.folder);
+    objects_->restore(loadMap(request.folder));
     const auto patience = ros_interface::Patience::from(60.0, 30.0);
     objects_->waitHandled(patience);
     background_->waitForPlaces(patience.deadline);
@@ -316,7 +317,7 @@ bool MeshFusionNodelet::serveLoad(msg::LoadMapRequest& request, msg::LoadMapResp
   return true;
 }
 
-void MeshFusionNodelet::loadMap(const std::filesystem::path& folder) {
+std::vector<ObjectPrimitivePtr> MeshFusionNodelet::loadMap(const std::filesystem::path& folder) {
   const auto& fusion = config_.background_fusion;
   map::MapUse use;
   use.world_frame = config_.input.world_frame;
@@ -328,7 +329,7 @@ void MeshFusionNodelet::loadMap(const std::filesystem::path& folder) {
   }
   matcher_->clear();
   background_->restore(loaded.map);
-  objects_->restore(loaded.map.primitives());
+  return loaded.map.primitives();
 }
 
 }  // namespace tsg::nodelets

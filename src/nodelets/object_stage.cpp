@@ -190,6 +190,14 @@ void ObjectStage::reset() {
   });
 }
 
+void ObjectStage::begin(std::vector<ObjectPrimitivePtr> primitives) {
+  worker_.pushOrder([this, primitives = std::move(primitives)] {
+    if (!primitives.empty()) fusion_.continueIdsAfter(primitives.back()->id);
+    store({primitives, {}});
+  });
+  worker_.waitHandled(ros_interface::Patience::from(60.0, 60.0));
+}
+
 void ObjectStage::restore(std::vector<ObjectPrimitivePtr> primitives) {
   worker_.pushOrder([this, primitives = std::move(primitives)] {
     fusion_.reset();

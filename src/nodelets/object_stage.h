@@ -56,6 +56,8 @@ class ObjectStage {
              msg::FlushResponse& response);
   /// Forgets all, and tells it to who listens.
   void reset();
+  /// Begins with these, before anybody listens: late subscribers are sent them.
+  void begin(std::vector<ObjectPrimitivePtr> primitives);
   /// Goes on from these instead of what there is, and tells it to who listens. Does not wait.
   void restore(std::vector<ObjectPrimitivePtr> primitives);
   /// Waits until all that was asked for is done and published. False as waitPatiently().

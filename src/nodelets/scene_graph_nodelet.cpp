@@ -111,6 +111,8 @@ class SceneGraphNodelet : public StageNodelet {
   std::unique_ptr<ros_interface::SceneGraphPublisher> publisher_;
   ros::Publisher tf_publisher_;  ///< with object_frames only
   std::unique_ptr<ros_interface::TopicWatch> watch_;
+  std::atomic<std::uint64_t> num_place_messages_{0};
+  std::uint64_t num_noted_ = 0;  ///< of these, by `watch_`; of check()
   std::unique_ptr<ros_interface::Worker<Job>> worker_;
   std::unique_ptr<ros_interface::ReconfigureServer<Tunables>> tunables_;
   std::unique_ptr<ros_interface::SettingsFollower> upstream_settings_;
@@ -260,6 +262,7 @@ void SceneGraphNodelet::startTopics() {
   if (!config_.object_frames.empty()) {
     tf_publisher_ = handle.advertise<tf2_msgs::TFMessage>("/tf", 100);
   }
+  startInterface();  // before the first message, which may come at once
   startTunables();
   // Debian 11's nodelet queue takes nothing before the nodelet has started: latched messages are
   // lost.
@@ -272,7 +275,6 @@ void SceneGraphNodelet::startTopics() {
   places_subscriber_ = handle.subscribe("place_graph", 100, &SceneGraphNodelet::onPlaces, this);
   watch_ = std::make_unique<ros_interface::TopicWatch>(report(), config_.patience_s);
   watch_->add(places_subscriber_, "place_graph");
-  startInterface();
   worker_->pushOrder([](scene_graph::SceneGraphBuilder&) {});  // publishes the graph of now
 }
 
@@ -285,6 +287,7 @@ void SceneGraphNodelet::startTunables() {
 }
 
 void SceneGraphNodelet::check() {
+  for (; num_noted_ < num_place_messages_; ++num_noted_) watch_->noteMessage(0);
   watch_->check();
   sendObjectFrames();
 }
@@ -315,7 +318,7 @@ void SceneGraphNodelet::onPrimitives(const msg::ObjectPrimitivesConstPtr& messag
 }
 
 void SceneGraphNodelet::onPlaces(const msg::PlaceGraphConstPtr& message) {
-  watch_->noteMessage(0);
+  ++num_place_messages_;
   report().countInput();
   worker_->pushOrder([this, message](scene_graph::SceneGraphBuilder& builder) {
     builder.setPlaces(ros_interface::fromMessage(*message, places_subscriber_.getTopic()));

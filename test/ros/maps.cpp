@@ -119,7 +119,8 @@ std::set<std::string> compareFolders(const fs::path& a, const fs::path& b) {
     }
   }
   names.erase("settings.yaml");
-  names.erase("map.json");  // has the checksum of settings.yaml
+  names.erase("map.json");      // has the checksums of both
+  names.erase("floor_0.yaml");  // says the height of the floor as it was first measured
   return names;
 }
 
