@@ -37,7 +37,6 @@
 
 namespace tsg::nodelets {
 
-
 // Of a job that a service has to wait for.
 constexpr auto kJobTimeout = std::chrono::seconds(60);
 
@@ -220,7 +219,8 @@ void SceneGraphNodelet::startMapServices(const std::optional<map::LoadedMap>& lo
       serviceHandle(),
       MapServices::Options{getName(), config_.output, listUpstream(), config_.world_frame,
                            encoder_->modelSetName()},
-      GraphAccess{[this] { return graph(); }, [this](const Job& job) { runJob(job); }},
+      GraphAccess{[this] { return graph(); }, [this](const Job& job) { runJob(job); },
+                  [this](const std::string& name) { return upstreamServices(name); }},
       std::move(callbacks));
   if (!loaded) return;
   map_->setSources(loaded->map.sources());
