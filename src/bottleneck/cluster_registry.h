@@ -37,7 +37,8 @@ class ClusterRegistry {
   Changes assign(const std::vector<ComponentIndex>& components, const std::vector<bool>& is_rerun,
                  const std::vector<std::uint32_t>& former, const PrimitiveGraph& graph,
                  ComponentSet& component_set);
-  /// Names clusters before the first is assigned: what holds these primitives from now on is theirs.
+  /// Names clusters before the first is assigned: what holds these primitives from now on is
+  /// theirs.
   /// @param clusters  ids ascending from 1, none of them in use; slots in one cluster at most
   /// @returns their entries, which are `former` of the next assign()
   std::vector<std::uint32_t> adopt(

@@ -85,8 +85,8 @@ class IncrementalClustering {
   void setDelta(double delta);
   void setTopK(int top_k);
 
-  /// Gives clusters the ids that they had in a map of before: where the same primitives are together
-  /// they keep theirs, else as after any change. Before the first cluster is asked for.
+  /// Gives clusters the ids that they had in a map of before: where the same primitives are
+  /// together they keep theirs, else as after any change. Before the first cluster is asked for.
   /// @param clusters  ids ascending from 1 with their primitives; keys that are not there do not
   /// count
   /// @throws std::logic_error if there are clusters already; std::invalid_argument naming an id out

@@ -101,7 +101,8 @@ class BackgroundMap {
 
   /// Begins with the mesh of a map of before, as of blocks that were archived: it stays where
   /// nothing is seen anew. Before the first frame. @param blocks  ascending by (z, y, x)
-  /// @throws std::logic_error if a frame was integrated; std::runtime_error as MeshArchive::store().
+  /// @throws std::logic_error if a frame was integrated; std::runtime_error as
+  /// MeshArchive::store().
   void restore(const std::vector<BlockMesh>& blocks);
 
   /// Drops the voxels of these blocks now; the mesh stays as it is. When such a place is seen

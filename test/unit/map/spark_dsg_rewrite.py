@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: BSD-3-Clause
 """Reads a scene graph with the PyPI package `spark_dsg`, edits it, and writes it again.
 
 usage: spark_dsg_rewrite.py GRAPH.json [--erase SYMBOL] [--move SYMBOL DX]
