@@ -18,4 +18,5 @@ foreach(source ${TSG_ROS_TOOL_SOURCES})
 endforeach()
 
 target_link_libraries(render_apartments PRIVATE tsg_simulation)
+target_link_libraries(degrade_segments PRIVATE tsg_simulation)
 target_link_libraries(simulate_apartment PRIVATE tsg_simulation)

@@ -45,11 +45,8 @@ bool hasCorners(const json& box) {
   return !box.contains("dimensions") && box.contains("min") && box.contains("max");
 }
 
-struct Box {
+struct Box : RotatedBox {
   BoxType type = BoxType::kInvalid;
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d center_m = Eigen::Vector3d::Zero();
-  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d mesh_origin_m = Eigen::Vector3d::Zero();
 };
 
@@ -109,6 +106,8 @@ Aabb readBox(const json& attributes) {
   }
   return hull;
 }
+
+RotatedBox readRotatedBox(const json& attributes) { return parseBox(attributes); }
 
 MeshFrame readMeshFrame(const json& attributes) {
   const Box box = parseBox(attributes);

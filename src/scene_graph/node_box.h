@@ -5,6 +5,7 @@
 
 #include "node_mesh.h"
 #include "task_scene_graph/core/box.h"
+#include "task_scene_graph/core/rotated_box.h"
 
 namespace tsg::scene_graph {
 
@@ -14,6 +15,10 @@ namespace tsg::scene_graph {
 /// in the world for axis-aligned boxes, in the box's own axes around the centre for others.
 /// @throws std::runtime_error saying what is wrong with `bounding_box`.
 Aabb readBox(const nlohmann::json& attributes);
+
+/// A node's box as it is turned, not checked to be finite; without size if the box is INVALID.
+/// @throws std::runtime_error saying what is wrong with `bounding_box`.
+RotatedBox readRotatedBox(const nlohmann::json& attributes);
 
 /// How a node's mesh lies in the world: relative to its box's centre and axes; to the lower corner
 /// of a box by world corners.

@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
-#include <optional>
+#include <utility>
 
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/tracking/association.h"
@@ -73,9 +74,18 @@ double CosineHistogram::quantile(double share) const {
   return 0.0;
 }
 
+double ViewCosine::computeLimit(double configured) const {
+  if (cosines_.count() < kLeastPairs) return configured;
+  constexpr double kQuartile = 0.6745;  // of a normal distribution, in standard deviations
+  const double median = cosines_.quantile(0.5);
+  const double deviation = (median - cosines_.quantile(0.25)) / kQuartile;
+  return std::min(configured, std::max(kLeastCosine, median - 3.0 * deviation));
+}
+
 Tracker::Tracker(const TrackerConfig& config)
     : config_(config), thresholds_(resolveThresholds(config)) {
   config::validate(config, "tracker");
+  counters_.min_cosine = thresholds_.min_cosine;
 }
 
 bool Tracker::isUsable(const RgbdFrame& frame, const Segmentation& segmentation) const {
@@ -115,7 +125,10 @@ TrackedFrame Tracker::update(const RgbdFrame& frame, const Segmentation& segment
                                          {config_.voxel_size_m, config_.max_range_m});
   segments.is_selected = selectSegments(segments.points, segmentation.labels.total());
   segments.is_cut = findCutSegments(segmentation.labels, segmentation.numSegments());
-  associate(assignGreedily(findCandidates(segments)), segments, result);
+  const std::vector<Overlap> overlaps = findOverlaps(segments);
+  countCosines(overlaps);
+  associate(assignGreedily(findCandidates(overlaps)), segments, result);
+  if (config_.adapt_cosine) learnCosine(overlaps);
   openTracks(segments, result);
   result.live = liveIds();
   return result;
@@ -159,39 +172,74 @@ std::vector<bool> Tracker::selectSegments(const std::vector<SegmentPoints>& segm
   return is_selected;
 }
 
-std::vector<Candidate> Tracker::findCandidates(const FrameSegments& segments) {
-  std::vector<Candidate> candidates;
+std::vector<Tracker::Overlap> Tracker::findOverlaps(const FrameSegments& segments) const {
+  std::vector<Overlap> overlaps;
   for (std::size_t s = 0; s < segments.points.size(); ++s) {
-    if (segments.is_selected[s]) addCandidates(segments, s, candidates);
+    if (segments.is_selected[s]) addOverlaps(segments, s, overlaps);
   }
-  return candidates;
+  return overlaps;
 }
 
-void Tracker::addCandidates(const FrameSegments& segments, std::size_t segment,
-                            std::vector<Candidate>& candidates) {
+void Tracker::addOverlaps(const FrameSegments& segments, std::size_t segment,
+                          std::vector<Overlap>& overlaps) const {
   const VoxelSet& voxels = segments.points[segment].voxels;
   const auto embedding =
       segments.segmentation.embeddings.row(static_cast<Eigen::Index>(segment)).transpose();
   const bool has_embedding = embedding.size() > 0 && !embedding.isZero(0.0F);
-  const std::size_t num_before = candidates.size();
-  std::optional<double> cosine_of_best;
-  double best_iou = 0.0;
   for (std::size_t t = 0; t < live_.size(); ++t) {
     const LiveTrack& track = live_[t];
     if (!mayReachIoU(voxels, track.last_voxels, thresholds_.min_iou)) continue;
     const double iou = computeIoU(voxels, track.last_voxels);
     if (!(iou > 0.0 && iou >= thresholds_.min_iou)) continue;
-    const bool is_judged = has_embedding && track.mean.size() > 0;
-    const double cosine = is_judged ? computeCosine(embedding, track.mean) : 1.0;
-    if (cosine >= thresholds_.min_cosine) candidates.push_back({segment, t, iou});
-    if (!is_judged || iou <= best_iou) continue;
-    best_iou = iou;
-    cosine_of_best = cosine;
+    Overlap overlap{{segment, t, iou}, {}};
+    if (has_embedding && track.mean.size() > 0) {
+      overlap.cosine = computeCosine(embedding, track.mean);
+    }
+    overlaps.push_back(overlap);
   }
-  if (!cosine_of_best) return;
-  ++counters_.overlapping_segments;
-  counters_.refused_by_cosine += candidates.size() == num_before ? 1 : 0;
-  counters_.overlap_cosines.add(*cosine_of_best);
+}
+
+std::vector<Candidate> Tracker::findCandidates(const std::vector<Overlap>& overlaps) const {
+  std::vector<Candidate> candidates;
+  for (const Overlap& overlap : overlaps) {
+    if (overlap.cosine.value_or(1.0) >= counters_.min_cosine) candidates.push_back(overlap.pair);
+  }
+  return candidates;
+}
+
+// Overlaps of one segment stand together.
+void Tracker::countCosines(const std::vector<Overlap>& overlaps) {
+  for (auto begin = overlaps.begin(); begin != overlaps.end();) {
+    const Overlap* best = nullptr;
+    bool is_refused = true;
+    auto end = begin;
+    for (; end != overlaps.end() && end->pair.segment == begin->pair.segment; ++end) {
+      is_refused = is_refused && end->cosine.value_or(1.0) < counters_.min_cosine;
+      if (end->cosine && (best == nullptr || end->pair.iou > best->pair.iou)) best = &*end;
+    }
+    begin = end;
+    if (best == nullptr) continue;
+    ++counters_.overlapping_segments;
+    counters_.refused_by_cosine += is_refused ? 1 : 0;
+    counters_.overlap_cosines.add(*best->cosine);
+  }
+}
+
+// Settled: of all pairs the first to be assigned if cosines did not count, and by far.
+void Tracker::learnCosine(const std::vector<Overlap>& overlaps) {
+  std::vector<Candidate> pairs;
+  std::map<std::pair<std::size_t, std::size_t>, double> cosines;
+  for (const Overlap& overlap : overlaps) {
+    pairs.push_back(overlap.pair);
+    if (overlap.cosine) cosines[{overlap.pair.segment, overlap.pair.track}] = *overlap.cosine;
+  }
+  for (const Candidate& pair : assignGreedily(std::move(pairs))) {
+    const auto cosine = cosines.find({pair.segment, pair.track});
+    if (pair.iou >= ViewCosine::kLeastIou && cosine != cosines.end()) {
+      view_cosine_.add(cosine->second);
+    }
+  }
+  counters_.min_cosine = view_cosine_.computeLimit(thresholds_.min_cosine);
 }
 
 void Tracker::associate(const std::vector<Candidate>& matches, FrameSegments& segments,

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "task_scene_graph/config/visitor.h"
@@ -37,6 +38,7 @@ struct TrackerConfig {
   Preset preset = Preset::kClio;
   double min_cosine = kFromPreset;
   double min_iou = kFromPreset;
+  bool adapt_cosine = true;
   double window_s = 5.0;
   int min_observations = 2;
   FeatureWeight feature_weight = FeatureWeight::kEqual;
@@ -53,6 +55,8 @@ struct TrackerConfig {
             "theta_track: least cosine of a segment and its track's mean; -1 = the preset's");
     v.field("min_iou", self.min_iou, {-1.0, 1.0}, "",
             "gamma: least voxel IoU with the track's last observation; negative = the preset's");
+    v.field("adapt_cosine", self.adapt_cosine, {}, "",
+            "lowers min_cosine where views of one thing, as geometry tells, are less alike");
     v.field("window_s", self.window_s, {0.0, 600.0}, "s", "tau: a track unseen for longer ends");
     v.field("min_observations", self.min_observations, {1, 1000}, "",
             "ended tracks with fewer observations are dropped");
@@ -94,6 +98,25 @@ class CosineHistogram {
   std::array<std::uint64_t, kBins> counts_{};
 };
 
+/// Least cosine for views of one thing, learned from pairs of segment and track that geometry alone
+/// settles: their median less three standard deviations, these told from the lower quartile, so
+/// that pairs of different things among them (up to a quarter) do not count.
+/// deviation: [Clio24] has a fixed threshold, which is compared with a mean of a single view as
+/// well as of many; encoders whose views of one thing differ more than that lose all their tracks.
+class ViewCosine {
+ public:
+  static constexpr std::uint64_t kLeastPairs = 30;  ///< with fewer nothing is known
+  static constexpr double kLeastIou = 0.7;          ///< of a pair that geometry settles
+  static constexpr double kLeastCosine = 0.7;       ///< what is learned is never lower: khronos'
+
+  void add(double cosine) { cosines_.add(cosine); }
+  /// `configured`, or what was learned if that is lower.
+  double computeLimit(double configured) const;
+
+ private:
+  CosineHistogram cosines_;
+};
+
 /// What a tracker has seen and done since it was made.
 struct TrackerCounters {
   std::uint64_t frames = 0;               ///< given to update()
@@ -110,10 +133,12 @@ struct TrackerCounters {
   std::uint64_t overlapping_segments = 0;
   std::uint64_t refused_by_cosine = 0;  ///< of these, less similar than min_cosine to each of them
   CosineHistogram overlap_cosines;      ///< of these, to the track that they overlap most
+  double min_cosine = 0.0;              ///< in force: configured, or adapted
 };
 
 /// Associates the segments of successive frames with tracks [Clio24, Sec. IV-A]: a segment may
-/// continue a track if the cosine of its embedding and the track's mean is >= min_cosine and the
+/// continue a track if the cosine of its embedding and the track's mean is >= min_cosine (which
+/// ViewCosine lowers where adapt_cosine allows) and the
 /// IoU of its voxels with those of the track's last observation is >= min_iou (and above 0); the
 /// highest IoU wins, one segment per track and frame (assignGreedily). Segments left over open
 /// tracks, which are no candidates for their own frame. A segment or track without embedding is
@@ -172,9 +197,17 @@ class Tracker {
   TrackedFrame makeIgnored(Stamp stamp, const Segmentation& segmentation) const;
   std::vector<bool> selectSegments(const std::vector<SegmentPoints>& segments,
                                    std::size_t image_pixels);
-  std::vector<Candidate> findCandidates(const FrameSegments& segments);
-  void addCandidates(const FrameSegments& segments, std::size_t segment,
-                     std::vector<Candidate>& candidates);
+  /// A pair of segment and track that overlap by min_iou or more.
+  struct Overlap {
+    Candidate pair;
+    std::optional<double> cosine;  ///< none where one of them has no embedding
+  };
+  std::vector<Overlap> findOverlaps(const FrameSegments& segments) const;
+  void addOverlaps(const FrameSegments& segments, std::size_t segment,
+                   std::vector<Overlap>& overlaps) const;
+  std::vector<Candidate> findCandidates(const std::vector<Overlap>& overlaps) const;
+  void countCosines(const std::vector<Overlap>& overlaps);
+  void learnCosine(const std::vector<Overlap>& overlaps);
   void associate(const std::vector<Candidate>& matches, FrameSegments& segments,
                  TrackedFrame& result);
   void openTracks(FrameSegments& segments, TrackedFrame& result);
@@ -185,6 +218,7 @@ class Tracker {
   TrackerConfig config_;
   AssociationThresholds thresholds_;
   std::vector<LiveTrack> live_;  ///< ascending by id
+  ViewCosine view_cosine_;
   TrackerCounters counters_;
   std::uint64_t next_id_ = 1;
   bool has_stamp_ = false;

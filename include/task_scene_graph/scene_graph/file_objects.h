@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "task_scene_graph/bottleneck/graph_types.h"
+#include "task_scene_graph/core/embedding.h"
+#include "task_scene_graph/core/rotated_box.h"
+
+namespace tsg::scene_graph {
+
+enum class FileLayer {
+  kObjects,  ///< what a clustering made
+  kSegments  ///< primitives
+};
+
+/// Where an object's box comes from.
+enum class BoxSource {
+  kFile,  ///< the box of least footprint that this package notes, else the node's bounding box
+  kMesh   ///< the upright box of least footprint around the node's mesh
+};
+
+/// A node of a scene graph file that has a place in space and a meaning.
+struct FileObject {
+  bottleneck::NodeKey id = 0;
+  std::string name;     ///< of its task in files of this package; may be empty
+  RotatedBox box;       ///< world frame
+  Embedding embedding;  ///< mean of the columns of `semantic_feature`
+};
+
+struct FileObjects {
+  std::vector<FileObject> objects;  ///< in the file's order
+  /// Nodes of the layer that were left out, a line each: node and reason.
+  std::vector<std::string> left_out;
+};
+
+/// The objects of a scene graph in spark_dsg's JSON, of this package or another; versions and forms
+/// as SceneGraphFile reads them. Nodes without a readable box, mesh (kMesh: of more than three
+/// vertices) or embedding are left out and named.
+/// deviation: the authors' evaluation fits boxes of least volume to the meshes; here they stay
+/// upright, as things stand.
+/// @throws std::runtime_error naming the file and what was found if it is missing, no JSON, or no
+/// scene graph.
+FileObjects loadFileObjects(const std::string& path, FileLayer layer, BoxSource source);
+
+}  // namespace tsg::scene_graph

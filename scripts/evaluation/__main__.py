@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Worlds x levels of segments x methods -> results, a report and a figure. Resumes where it stopped:
+what lies in the output folder is not made again."""
+import argparse
+import json
+import os
+import subprocess
+import sys
+import time
+
+from . import methods, report, results, worlds
+
+PROGRAMS = os.path.join("devel", "lib", "task_scene_graph")
+
+SUITES = {  # seeds of apartments, levels of segments
+    "small": ([1], ["none", "clip_like"]),
+    "full": ([1, 2, 3, 4, 5], list(worlds.LEVELS)),
+}
+
+
+def say(text):
+    print(f"[benchmark] {text}", flush=True)
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(
+        prog="scripts/benchmark",
+        description="Scores this package and its baselines against worlds with a known truth. "
+                    "Writes results, report.md and report.png; goes on where it was stopped.")
+    parser.add_argument("--output", default="output/benchmark", help="folder (output/benchmark)")
+    parser.add_argument("--suite", choices=sorted(SUITES), default="small",
+                        help="small: one apartment, two levels, about 10 minutes (default); "
+                             "full: five apartments, three levels")
+    parser.add_argument("--house", action="append", default=[],
+                        help="folder of a rendered house with labels, embeddings and truth; "
+                             "may be given several times")
+    parser.add_argument("--seeds", type=int, nargs="*", help="of the apartments, not the suite's")
+    parser.add_argument("--levels", nargs="+", choices=worlds.LEVELS, help="not the suite's")
+    parser.add_argument("--methods", nargs="+", default=[m.name for m in methods.METHODS],
+                        help="rows of the table (all): " +
+                             "; ".join(f"{m.name}: {m.text}" for m in methods.METHODS))
+    parser.add_argument("--compare", metavar="FOLDER",
+                        help="results of an earlier run: adds what changed since to the report")
+    arguments = parser.parse_args()
+    try:
+        arguments.methods = methods.find_methods(arguments.methods)
+    except ValueError as error:
+        parser.error(str(error))
+    seeds, levels = SUITES[arguments.suite]
+    arguments.seeds = seeds if arguments.seeds is None else arguments.seeds
+    arguments.levels = arguments.levels or levels
+    return arguments
+
+
+class Runner:
+    """Runs the package's programs; what they say goes to a log that is named if one fails."""
+
+    def __init__(self, root, log):
+        self.root = root
+        self.log = log
+
+    def __call__(self, command):
+        script = os.path.join(self.root, "scripts", command[0])
+        program = script if os.path.exists(script) else os.path.join(self.root, PROGRAMS, command[0])
+        with open(self.log, "a", encoding="utf-8") as log:
+            log.write("$ " + " ".join(command) + "\n")
+            log.flush()
+            status = subprocess.call([program] + command[1:], stdout=log, stderr=log)
+        if status != 0:
+            raise RuntimeError(f"{command[0]} ended with status {status}; see {self.log}")
+
+
+def make_map(run, recording, front_end, folder):
+    """Runs the chain unless its map is there. Returns the map's folder."""
+    target = os.path.join(folder, front_end)
+    if os.path.exists(os.path.join(target, "done.json")):
+        return target
+    os.makedirs(target, exist_ok=True)
+    config = os.path.join(target, "config.yaml")
+    with open(config, "w", encoding="utf-8") as file:
+        json.dump(methods.FRONT_ENDS[front_end], file)  # JSON is YAML
+    started = time.monotonic()
+    run(["process_bag", "--bag", recording.bag, "--object-tasks", recording.tasks, "--place-tasks",
+         recording.place_tasks, "--output", target, "--config", config])
+    results.write(os.path.join(target, "done.json"), {"wall_s": time.monotonic() - started})
+    return target
+
+
+def read_time_per_frame(folder):
+    """TPF: work of all stages for one tracked frame in ms, from timing.json; None where not told."""
+    try:
+        with open(os.path.join(folder, "timing.json"), encoding="utf-8") as file:
+            stages = json.load(file)["stages"]
+        total_ms = sum(stage["mean_ms"] * stage["frames"] for stage in stages.values())
+        return total_ms / stages["tracking"]["frames"]
+    except (OSError, ValueError, KeyError, ZeroDivisionError):
+        return None
+
+
+def evaluate(run, recording, method, map_folder, folder):
+    scores = os.path.join(folder, f"{method.name}.scores.json")
+    command = ["evaluate_scene_graph", "--map", map_folder, "--truth", recording.truth, "--tasks",
+               recording.tasks, "--layer", method.layer, "--json", scores]
+    if method.filtered:
+        command += ["--min-cosine", str(methods.ALPHA)]
+    run(command)
+    with open(scores, encoding="utf-8") as file:
+        return json.load(file)
+
+
+def score(run, recording, world, level, arguments):
+    folder = os.path.join(arguments.output, recording.name)
+    for method in arguments.methods:
+        path = os.path.join(folder, f"{method.name}.result.json")
+        if os.path.exists(path):
+            continue
+        map_folder = make_map(run, recording, method.front_end, folder)
+        scores = evaluate(run, recording, method, map_folder, folder)
+        results.write(path, {"world": world, "level": level, "recording": recording.name,
+                             "method": method.name, "scores": scores,
+                             "ms_per_frame": read_time_per_frame(map_folder)})
+        strict = scores["paper"]["strict"]
+        say(f"{recording.name} {method.name}: strict F1 {strict['f1']:.3f} "
+            f"(osR {strict['recall']:.3f}, osP {strict['precision']:.3f})")
+
+
+def list_recordings(run, arguments):
+    """(world, how to prepare it) of each recording; prepared one by one, so that results come early."""
+    bags = os.path.join(arguments.output, "bags")
+    os.makedirs(bags, exist_ok=True)
+    for house in arguments.house:
+        house = os.path.abspath(os.path.expanduser(house))
+        yield os.path.basename(house), worlds.prepare_house(run, bags, house), 1
+    for seed in arguments.seeds:
+        yield "apartment", worlds.prepare_apartment(run, bags, seed), seed
+
+
+def write_report(arguments):
+    found = results.load_all(arguments.output)
+    text = report.make_report(found, "scripts/benchmark " + " ".join(sys.argv[1:]))
+    if arguments.compare:
+        before = results.load_all(arguments.compare)
+        text += f"\n## Since {arguments.compare}\n\n{report.compare(before, found)}\n"
+    path = os.path.join(arguments.output, "report.md")
+    with open(path + ".part", "w", encoding="utf-8") as file:
+        file.write(text)
+    os.replace(path + ".part", path)
+    figure = os.path.join(arguments.output, "report.png")
+    has_figure = report.plot(found, figure)
+    say(f"{path}: {len(found)} results" +
+        (f"; {figure}" if has_figure else "; no figure without python3-matplotlib"))
+
+
+def main():
+    arguments = parse_arguments()
+    root = os.environ["TSG_ROOT"]
+    os.makedirs(arguments.output, exist_ok=True)
+    run = Runner(root, os.path.join(arguments.output, "log.txt"))
+    try:
+        for world, recording, seed in list_recordings(run, arguments):
+            for level in arguments.levels:
+                score(run, worlds.degrade(run, recording, level, seed), world, level, arguments)
+        write_report(arguments)
+    except (RuntimeError, ValueError, OSError) as error:
+        print(f"scripts/benchmark: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The rows of the table: how a map is made of a recording, and which of its nodes are scored.
+
+Methods that share a front end share its map: clio_prim and clio are two layers of one file."""
+import collections
+
+# name: of the row. front_end: key of FRONT_ENDS. layer: objects or segments.
+# filtered: objects whose best cosine is not above alpha are left out before scoring.
+Method = collections.namedtuple("Method", "name front_end layer filtered text")
+
+ALPHA = 0.23  # of the paper, for ViT-L/14
+
+# What --config holds, by front end. Thresholds: [Clio24, Sec. V-A] and the released configurations.
+FRONT_ENDS = {
+    "default": {},
+    "paper": {"tracker": {"adapt_cosine": False}, "scene_graph": {"object_delta": 1e-5}},
+    "khronos": {"tracker": {"preset": "khronos", "min_observations": 5, "adapt_cosine": False}},
+}
+
+METHODS = [
+    Method("clio", "default", "objects", False, "this package with its defaults"),
+    Method("clio_paper", "paper", "objects", False, "the paper's thresholds"),
+    Method("clio_prim", "paper", "segments", False, "its primitives, not clustered"),
+    Method("khronos", "khronos", "segments", False, "coarse tracks, no tasks"),
+    Method("khronos_task", "khronos", "segments", True, "of these, those near a task"),
+]
+
+
+def find_methods(names):
+    known = {method.name: method for method in METHODS}
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        raise ValueError(f"no method '{unknown[0]}', expected some of {', '.join(known)}")
+    return [known[name] for name in names]

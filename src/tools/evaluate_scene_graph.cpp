@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Scores the objects of a scene graph against the things that are there.
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "command_line.h"
+#include "task_scene_graph/core/files.h"
+#include "task_scene_graph/evaluation/object_scores.h"
+#include "task_scene_graph/evaluation/object_truth.h"
+#include "task_scene_graph/language/text_encoder.h"
+#include "task_scene_graph/scene_graph/file_objects.h"
+#include "task_scene_graph/scene_graph/tasks.h"
+#include "task_scene_graph/segmentation/model_set.h"
+
+namespace options = boost::program_options;
+namespace fs = std::filesystem;
+using namespace tsg;
+using evaluation::ObjectScores;
+using evaluation::ScoreMode;
+using scene_graph::FileObject;
+
+namespace {
+
+struct Arguments {
+  std::string map;
+  std::string truth;
+  std::string tasks;
+  std::string models;
+  std::string json;
+  scene_graph::FileLayer layer = scene_graph::FileLayer::kObjects;
+  scene_graph::BoxSource boxes = scene_graph::BoxSource::kFile;
+  evaluation::TruthExtent extent = evaluation::TruthExtent::kSeen;
+  std::vector<ScoreMode> modes;
+  std::optional<double> min_cosine;
+};
+
+/// The value of an option that is one of some words.
+template <typename Value>
+Value choose(const char* option, const std::string& word,
+             const std::vector<std::pair<std::string, Value>>& choices) {
+  std::string names;
+  for (const auto& [name, value] : choices) {
+    if (name == word) return value;
+    names += (names.empty() ? "" : ", ") + name;
+  }
+  throw options::error("--" + std::string(option) + " is '" + word + "', expected one of " + names);
+}
+
+constexpr const char* kUsage =
+    "Scores a map's objects against the true things: recall, precision and F1 (strict and "
+    "relaxed)\nand IoU of boxes, as the Clio paper's Table I does.\n"
+    "usage: evaluate_scene_graph --map MAP --truth TRUTH --tasks TASKS [options]\noptions";
+
+/// Nothing if only help was asked for.
+std::optional<Arguments> parseArguments(int argc, char** argv) {
+  Arguments arguments;
+  std::string layer = "objects", boxes = "file", extent = "seen", mode = "both";
+  options::options_description description(kUsage);
+  description.add_options()("help,h", "print this")(
+      "map", tools::pathOption(arguments.map)->required(),
+      "map folder, or a scene graph in spark_dsg's JSON (of any system)")(
+      "truth", tools::pathOption(arguments.truth)->required(),
+      "task -> boxes, as Clio's datasets have them (YAML); or the folder of simulate_apartment's "
+      "ground truth or of a rendered house")(
+      "tasks", tools::pathOption(arguments.tasks)->required(),
+      "task file with the embedding of each task of the truth, or with names and --models")(
+      "models", tools::pathOption(arguments.models),
+      "model set whose text encoder encodes tasks that have no embedding")(
+      "layer", options::value(&layer), "objects, or segments: the primitives (objects)")(
+      "boxes", options::value(&boxes), "file, or mesh: fitted to each node's mesh (file)")(
+      "extent", options::value(&extent), "of a rendered house: seen, or all (seen)")(
+      "mode", options::value(&mode), "paper, as_released or both (both)")(
+      "min-cosine",
+      options::value<double>()->notifier([&](double cosine) { arguments.min_cosine = cosine; }),
+      "leaves out objects whose best cosine is not above this (the -task rows of the paper)")(
+      "json", tools::pathOption(arguments.json), "file to write all numbers to");
+  if (!tools::parseOptions(argc, argv, description)) return std::nullopt;
+  using scene_graph::BoxSource;
+  using scene_graph::FileLayer;
+  using Modes = std::vector<ScoreMode>;
+  arguments.layer = choose<FileLayer>(
+      "layer", layer, {{"objects", FileLayer::kObjects}, {"segments", FileLayer::kSegments}});
+  arguments.boxes =
+      choose<BoxSource>("boxes", boxes, {{"file", BoxSource::kFile}, {"mesh", BoxSource::kMesh}});
+  arguments.extent = choose<evaluation::TruthExtent>(
+      "extent", extent,
+      {{"seen", evaluation::TruthExtent::kSeen}, {"all", evaluation::TruthExtent::kAll}});
+  arguments.modes = choose<Modes>("mode", mode,
+                                  {{"paper", {ScoreMode::kPaper}},
+                                   {"as_released", {ScoreMode::kAsReleased}},
+                                   {"both", {ScoreMode::kPaper, ScoreMode::kAsReleased}}});
+  return arguments;
+}
+
+scene_graph::TaskList readTasks(const Arguments& arguments) {
+  scene_graph::TaskList tasks = scene_graph::loadTasks(arguments.tasks);
+  if (tasks.hasEmbeddings() || tasks.size() == 0) return tasks;
+  if (arguments.models.empty()) {
+    throw std::invalid_argument("tasks '" + arguments.tasks + "': task '" + tasks.names.front() +
+                                "' has no embedding; expected one per task, or --models");
+  }
+  const language::TextEncoder encoder(segmentation::loadModelSet(arguments.models), {});
+  tasks.embeddings = encoder.encodeTasks(tasks.names);
+  return tasks;
+}
+
+/// The embeddings of the truth's tasks, a row each, of unit length.
+EmbeddingMatrix pickEmbeddings(const scene_graph::TaskList& tasks,
+                               const std::vector<evaluation::TaskTruth>& truth,
+                               const std::string& path) {
+  EmbeddingMatrix picked(static_cast<Eigen::Index>(truth.size()), tasks.embeddings.cols());
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    const auto found = std::find(tasks.names.begin(), tasks.names.end(), truth[i].task);
+    if (found == tasks.names.end()) {
+      throw std::invalid_argument("tasks '" + path + "' have no '" + truth[i].task +
+                                  "', which is in the truth; expected all of its tasks");
+    }
+    picked.row(static_cast<Eigen::Index>(i)) =
+        tasks.embeddings.row(found - tasks.names.begin()).normalized();
+  }
+  return picked;
+}
+
+fs::path findGraph(const std::string& map) {
+  return fs::is_directory(map) ? fs::path(map) / "scene_graph.json" : fs::path(map);
+}
+
+std::vector<evaluation::Estimate> makeEstimates(const std::vector<FileObject>& objects,
+                                                const EmbeddingMatrix& tasks,
+                                                const Arguments& arguments) {
+  std::vector<evaluation::Estimate> estimates;
+  for (const FileObject& object : objects) {
+    if (object.embedding.size() != tasks.cols()) {
+      throw std::invalid_argument("map '" + arguments.map + "' has an object whose embedding has " +
+                                  std::to_string(object.embedding.size()) +
+                                  " numbers, expected the tasks' " + std::to_string(tasks.cols()));
+    }
+    const Eigen::VectorXd cosines =
+        tasks.cast<double>() * object.embedding.cast<double>().normalized();
+    if (arguments.min_cosine && !(cosines.maxCoeff() > *arguments.min_cosine)) continue;
+    estimates.push_back({object.box, cosines});
+  }
+  return estimates;
+}
+
+const char* getName(ScoreMode mode) { return mode == ScoreMode::kPaper ? "paper" : "as_released"; }
+
+nlohmann::json toJson(const evaluation::DetectionScores& scores) {
+  return {{"recall", scores.recall}, {"precision", scores.precision}, {"f1", scores.f1}};
+}
+
+nlohmann::json toJson(const ObjectScores& scores) {
+  nlohmann::json rows = nlohmann::json::array();
+  for (const auto& row : scores.tasks) {
+    rows.push_back({{"task", row.task},
+                    {"num_true", row.num_true},
+                    {"found_strict", row.found_strict},
+                    {"found_relaxed", row.found_relaxed},
+                    {"iou_sum", row.iou_sum},
+                    {"num_kept", row.num_kept},
+                    {"correct_strict", row.correct_strict},
+                    {"correct_relaxed", row.correct_relaxed}});
+  }
+  return {{"strict", toJson(scores.strict)},
+          {"relaxed", toJson(scores.relaxed)},
+          {"iou", scores.iou},
+          {"num_objects", scores.num_objects},
+          {"num_true", scores.num_true},
+          {"num_kept", scores.num_kept},
+          {"tasks", rows}};
+}
+
+void printTasks(const ObjectScores& scores) {
+  std::printf("%-32s %5s %6s %7s %5s %5s %6s %7s\n", "task", "true", "strict", "relaxed", "IoU",
+              "kept", "strict", "relaxed");
+  for (const auto& row : scores.tasks) {
+    const double iou = row.num_true > 0 ? row.iou_sum / static_cast<double>(row.num_true) : 0.0;
+    std::printf("%-32.32s %5zu %6zu %7zu %5.2f %5zu %6zu %7zu\n", row.task.c_str(), row.num_true,
+                row.found_strict, row.found_relaxed, iou, row.num_kept, row.correct_strict,
+                row.correct_relaxed);
+  }
+}
+
+void printLine(const char* name, const evaluation::DetectionScores& scores) {
+  std::printf("  %-8s osR %.3f  osP %.3f  F1 %.3f\n", name, scores.recall, scores.precision,
+              scores.f1);
+}
+
+void print(ScoreMode mode, const ObjectScores& scores) {
+  std::printf("\nmode %s\n", getName(mode));
+  printTasks(scores);
+  printLine("strict", scores.strict);
+  printLine("relaxed", scores.relaxed);
+  std::size_t num_false = 0;
+  for (const auto& row : scores.tasks) num_false += row.num_true == 0 ? row.num_kept : 0;
+  std::printf(
+      "  IoU %.3f, of %zu true things; kept %zu of %zu objects; %zu for tasks that nothing "
+      "serves\n",
+      scores.iou, scores.num_true, scores.num_kept, scores.num_objects, num_false);
+}
+
+void run(const Arguments& arguments) {
+  const auto truth = evaluation::loadObjectTruth(arguments.truth, arguments.extent);
+  const auto tasks = pickEmbeddings(readTasks(arguments), truth, arguments.tasks);
+  const auto read = scene_graph::loadFileObjects(findGraph(arguments.map).string(), arguments.layer,
+                                                 arguments.boxes);
+  for (const std::string& node : read.left_out) {
+    std::cerr << "evaluate_scene_graph: map '" << arguments.map << "': left out: " << node << '\n';
+  }
+  const auto estimates = makeEstimates(read.objects, tasks, arguments);
+  nlohmann::json all = {{"map", arguments.map}, {"left_out", read.left_out.size()}};
+  for (const ScoreMode mode : arguments.modes) {
+    const ObjectScores scores = evaluation::computeObjectScores(truth, estimates, mode);
+    print(mode, scores);
+    all[getName(mode)] = toJson(scores);
+  }
+  if (arguments.json.empty()) return;
+  writeFileAtomically(arguments.json, [&](std::ostream& out) { out << all.dump(1) << '\n'; });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return tools::runProgram("evaluate_scene_graph", argc, argv, parseArguments, run);
+}
