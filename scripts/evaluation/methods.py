@@ -13,8 +13,8 @@ ALPHA = 0.23  # of the paper, for ViT-L/14
 # What --config holds, by front end. Thresholds: [Clio24, Sec. V-A] and the released configurations.
 FRONT_ENDS = {
     "default": {},
-    "paper": {"tracker": {"adapt_cosine": False}, "scene_graph": {"object_delta": 1e-5}},
-    "khronos": {"tracker": {"preset": "khronos", "min_observations": 5, "adapt_cosine": False}},
+    "paper": {"tracker": {"adapt_cosine": False}},
+    "khronos": {"tracker": {"preset": "khronos", "min_observations": 5}},
 }
 
 METHODS = [

@@ -128,7 +128,7 @@ TrackedFrame Tracker::update(const RgbdFrame& frame, const Segmentation& segment
   const std::vector<Overlap> overlaps = findOverlaps(segments);
   countCosines(overlaps);
   associate(assignGreedily(findCandidates(overlaps)), segments, result);
-  if (config_.adapt_cosine) learnCosine(overlaps);
+  if (adaptsCosine()) learnCosine(overlaps);
   openTracks(segments, result);
   result.live = liveIds();
   return result;
@@ -170,6 +170,10 @@ std::vector<bool> Tracker::selectSegments(const std::vector<SegmentPoints>& segm
   }
   counters_.segments += segments.size();
   return is_selected;
+}
+
+bool Tracker::adaptsCosine() const {
+  return config_.adapt_cosine && config_.min_cosine == TrackerConfig::kFromPreset;
 }
 
 std::vector<Tracker::Overlap> Tracker::findOverlaps(const FrameSegments& segments) const {

@@ -55,8 +55,10 @@ struct TrackerConfig {
             "theta_track: least cosine of a segment and its track's mean; -1 = the preset's");
     v.field("min_iou", self.min_iou, {-1.0, 1.0}, "",
             "gamma: least voxel IoU with the track's last observation; negative = the preset's");
-    v.field("adapt_cosine", self.adapt_cosine, {}, "",
-            "lowers min_cosine where views of one thing, as geometry tells, are less alike");
+    v.field(
+        "adapt_cosine", self.adapt_cosine, {}, "",
+        "lowers the preset's cosine where views of one thing, as geometry tells, are less alike; a "
+        "min_cosine that is given stays");
     v.field("window_s", self.window_s, {0.0, 600.0}, "s", "tau: a track unseen for longer ends");
     v.field("min_observations", self.min_observations, {1, 1000}, "",
             "ended tracks with fewer observations are dropped");
@@ -138,7 +140,7 @@ struct TrackerCounters {
 
 /// Associates the segments of successive frames with tracks [Clio24, Sec. IV-A]: a segment may
 /// continue a track if the cosine of its embedding and the track's mean is >= min_cosine (which
-/// ViewCosine lowers where adapt_cosine allows) and the
+/// ViewCosine lowers where it is the preset's and adapt_cosine allows) and the
 /// IoU of its voxels with those of the track's last observation is >= min_iou (and above 0); the
 /// highest IoU wins, one segment per track and frame (assignGreedily). Segments left over open
 /// tracks, which are no candidates for their own frame. A segment or track without embedding is
@@ -202,6 +204,7 @@ class Tracker {
     Candidate pair;
     std::optional<double> cosine;  ///< none where one of them has no embedding
   };
+  bool adaptsCosine() const;
   std::vector<Overlap> findOverlaps(const FrameSegments& segments) const;
   void addOverlaps(const FrameSegments& segments, std::size_t segment,
                    std::vector<Overlap>& overlaps) const;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <random>
 
 #include "task_scene_graph/config/config.h"
 
@@ -152,6 +153,96 @@ TEST(CosineHistogram, QuantilesAreThoseAddedToAHundredth) {
   EXPECT_NEAR(histogram.quantile(0.25), -0.5, 0.011);
   EXPECT_NEAR(histogram.quantile(0.5), 0.0, 0.011);
   EXPECT_NEAR(histogram.quantile(1.0), 1.0, 0.011);
+}
+
+double learnLimit(const std::function<double(int)>& makeCosine, int count,
+                  double configured = 0.9) {
+  ViewCosine learned;
+  for (int i = 0; i < count; ++i) learned.add(makeCosine(i));
+  return learned.computeLimit(configured);
+}
+
+TEST(ViewCosine, FewPairsTellNothing) {
+  const auto low = [](int) { return 0.8; };
+  EXPECT_EQ(learnLimit(low, 0), 0.9);
+  EXPECT_EQ(learnLimit(low, static_cast<int>(ViewCosine::kLeastPairs) - 1), 0.9);
+  EXPECT_LT(learnLimit(low, static_cast<int>(ViewCosine::kLeastPairs)), 0.9);
+}
+
+TEST(ViewCosine, LimitIsNeverAboveTheConfiguredOne) {
+  EXPECT_EQ(learnLimit([](int) { return 0.99; }, 100), 0.9);
+  EXPECT_EQ(learnLimit([](int) { return 0.99; }, 100, 0.6), 0.6);
+}
+
+TEST(ViewCosine, LimitLiesBelowNearlyAllViewsOfOneThing) {
+  // Even between 0.80 and 0.90: quartile at 0.825, median 0.85.
+  const double limit = learnLimit([](int i) { return 0.80 + 0.001 * (i % 100); }, 1000);
+  EXPECT_LT(limit, 0.80);
+  EXPECT_GT(limit, 0.71);
+}
+
+TEST(ViewCosine, DifferentThingsAmongThePairsCountLittle) {
+  const auto mixed = [](int i) { return i % 5 == 0 ? 0.3 : 0.86 + 0.002 * (i % 10); };
+  const double limit = learnLimit(mixed, 1000);
+  EXPECT_GT(limit, 0.78);
+  EXPECT_LT(limit, 0.87);
+}
+
+TEST(ViewCosine, LimitIsNeverBelowThatOfKhronos) {
+  EXPECT_EQ(learnLimit([](int i) { return i % 2 == 0 ? 0.1 : 0.6; }, 100),
+            ViewCosine::kLeastCosine);
+}
+
+/// Views of one thing whose cosines with each other are near 0.8: e + noise of half its length.
+Embedding makeNoisyView(int thing, int view) {
+  constexpr Eigen::Index kSize = 256;
+  std::mt19937 random(static_cast<unsigned>(1000 * thing + view + 1));
+  std::normal_distribution<float> normal(0.0F, 0.5F / std::sqrt(static_cast<float>(kSize)));
+  Embedding embedding = Embedding::Zero(kSize);
+  embedding[thing] = 1.0F;
+  for (Eigen::Index i = 0; i < kSize; ++i) embedding[i] += normal(random);
+  return embedding.normalized();
+}
+
+/// Three things side by side in each of 40 frames.
+TrackerCounters trackNoisyViews(const TrackerConfig& config) {
+  Tracker tracker(config);
+  for (int i = 0; i < 40; ++i) {
+    WallCamera wall = wallAt(1.0 + 0.1 * i);
+    for (int thing = 0; thing < 3; ++thing) wall.add(6 * thing, 4, makeNoisyView(thing, i));
+    wall.giveTo(tracker);
+  }
+  return tracker.counters();
+}
+
+TEST(Tracker, ViewsLessAlikeThanThePresetExpectsAreStillOneTrack) {
+  const TrackerCounters adapted = trackNoisyViews({});
+  EXPECT_LT(adapted.min_cosine, 0.85);
+  EXPECT_LT(adapted.tracks_started, 40U);  // those of the first frames, and three that last
+  EXPECT_GT(adapted.associations, 80U);
+  TrackerConfig fixed;
+  fixed.adapt_cosine = false;
+  const TrackerCounters as_in_the_paper = trackNoisyViews(fixed);
+  EXPECT_EQ(as_in_the_paper.min_cosine, 0.9);
+  EXPECT_GT(as_in_the_paper.tracks_started, 60U);
+}
+
+TEST(Tracker, CosineThatIsGivenIsNotAdapted) {
+  TrackerConfig config;
+  config.min_cosine = 0.95;
+  EXPECT_EQ(trackNoisyViews(config).min_cosine, 0.95);
+}
+
+TEST(Tracker, DifferentThingsInOnePlaceStayTwoTracksAmongNoisyViews) {
+  Tracker tracker{TrackerConfig{}};
+  for (int i = 0; i < 40; ++i) {
+    WallCamera wall = wallAt(1.0 + 0.1 * i);
+    for (int thing = 0; thing < 3; ++thing) wall.add(6 * thing, 4, makeNoisyView(thing, i));
+    wall.giveTo(tracker);
+  }
+  const std::uint64_t before = tracker.counters().tracks_started;
+  wallAt(5.0).add(0, 4, makeNoisyView(7, 99)).giveTo(tracker);
+  EXPECT_EQ(tracker.counters().tracks_started, before + 1);
 }
 
 TEST(Tracker, CosineBelowTheThresholdOpensATrack) {
