@@ -17,6 +17,8 @@ foreach(source ${TSG_ROS_TOOL_SOURCES})
   list(APPEND TSG_INSTALL_PROGRAMS ${name})
 endforeach()
 
+target_link_libraries(concept_graphs PRIVATE tsg_evaluation)
+target_link_libraries(evaluate_scene_graph PRIVATE tsg_evaluation)
 target_link_libraries(render_apartments PRIVATE tsg_simulation)
 target_link_libraries(degrade_segments PRIVATE tsg_simulation)
 target_link_libraries(simulate_apartment PRIVATE tsg_simulation)

@@ -2,6 +2,7 @@
 """Worlds x levels of segments x methods -> results, a report and a figure. Resumes where it stopped:
 what lies in the output folder is not made again."""
 import argparse
+import collections
 import json
 import os
 import subprocess
@@ -12,9 +13,12 @@ from . import methods, report, results, worlds
 
 PROGRAMS = os.path.join("devel", "lib", "task_scene_graph")
 
-SUITES = {  # seeds of apartments, levels of segments
-    "small": ([1], ["none", "clip_like"]),
-    "full": ([1, 2, 3, 4, 5], list(worlds.LEVELS)),
+# duration_s: of the walk through an apartment, 0: until every room has been seen.
+Suite = collections.namedtuple("Suite", "seeds levels duration_s")
+SUITES = {
+    "smoke": Suite([1], ["clip_like"], 12.0),
+    "small": Suite([1], ["none", "clip_like"], 0.0),
+    "full": Suite([1, 2, 3, 4, 5], list(worlds.LEVELS), 0.0),
 }
 
 
@@ -29,8 +33,8 @@ def parse_arguments():
                     "Writes results, report.md and report.png; goes on where it was stopped.")
     parser.add_argument("--output", default="output/benchmark", help="folder (output/benchmark)")
     parser.add_argument("--suite", choices=sorted(SUITES), default="small",
-                        help="small: one apartment, two levels, about 10 minutes (default); "
-                             "full: five apartments, three levels")
+                        help="smoke: the first seconds of one apartment; small: one apartment, two "
+                             "levels (default); full: five apartments, three levels")
     parser.add_argument("--house", action="append", default=[],
                         help="folder of a rendered house with labels, embeddings and truth; "
                              "may be given several times")
@@ -46,9 +50,10 @@ def parse_arguments():
         arguments.methods = methods.find_methods(arguments.methods)
     except ValueError as error:
         parser.error(str(error))
-    seeds, levels = SUITES[arguments.suite]
-    arguments.seeds = seeds if arguments.seeds is None else arguments.seeds
-    arguments.levels = arguments.levels or levels
+    suite = SUITES[arguments.suite]
+    arguments.seeds = suite.seeds if arguments.seeds is None else arguments.seeds
+    arguments.levels = arguments.levels or suite.levels
+    arguments.duration_s = suite.duration_s
     return arguments
 
 
@@ -76,12 +81,16 @@ def make_map(run, recording, front_end, folder):
     if os.path.exists(os.path.join(target, "done.json")):
         return target
     os.makedirs(target, exist_ok=True)
-    config = os.path.join(target, "config.yaml")
-    with open(config, "w", encoding="utf-8") as file:
-        json.dump(methods.FRONT_ENDS[front_end], file)  # JSON is YAML
+    program, config = methods.FRONT_ENDS[front_end]
+    command = [program, "--bag", recording.bag, "--output", target]
+    if config is not None:
+        path = os.path.join(target, "config.yaml")
+        with open(path, "w", encoding="utf-8") as file:
+            json.dump(config, file)  # JSON is YAML
+        command += ["--object-tasks", recording.tasks, "--place-tasks", recording.place_tasks,
+                    "--config", path]
     started = time.monotonic()
-    run(["process_bag", "--bag", recording.bag, "--object-tasks", recording.tasks, "--place-tasks",
-         recording.place_tasks, "--output", target, "--config", config])
+    run(command)
     results.write(os.path.join(target, "done.json"), {"wall_s": time.monotonic() - started})
     return target
 
@@ -132,7 +141,7 @@ def list_recordings(run, arguments):
         house = os.path.abspath(os.path.expanduser(house))
         yield os.path.basename(house), worlds.prepare_house(run, bags, house), 1
     for seed in arguments.seeds:
-        yield "apartment", worlds.prepare_apartment(run, bags, seed), seed
+        yield "apartment", worlds.prepare_apartment(run, bags, seed, arguments.duration_s), seed
 
 
 def write_report(arguments):

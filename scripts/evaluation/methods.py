@@ -10,11 +10,14 @@ Method = collections.namedtuple("Method", "name front_end layer filtered text")
 
 ALPHA = 0.23  # of the paper, for ViT-L/14
 
-# What --config holds, by front end. Thresholds: [Clio24, Sec. V-A] and the released configurations.
+# program: with --bag and --output. config: what --config holds, None where the program has no such
+# option. Thresholds: [Clio24, Sec. V-A] and the released configurations.
+FrontEnd = collections.namedtuple("FrontEnd", "program config")
 FRONT_ENDS = {
-    "default": {},
-    "paper": {"tracker": {"adapt_cosine": False}},
-    "khronos": {"tracker": {"preset": "khronos", "min_observations": 5}},
+    "default": FrontEnd("process_bag", {}),
+    "paper": FrontEnd("process_bag", {"tracker": {"adapt_cosine": False}}),
+    "khronos": FrontEnd("process_bag", {"tracker": {"preset": "khronos", "min_observations": 5}}),
+    "concept_graphs": FrontEnd("concept_graphs", None),
 }
 
 METHODS = [
@@ -23,6 +26,8 @@ METHODS = [
     Method("clio_prim", "paper", "segments", False, "its primitives, not clustered"),
     Method("khronos", "khronos", "segments", False, "coarse tracks, no tasks"),
     Method("khronos_task", "khronos", "segments", True, "of these, those near a task"),
+    Method("cg", "concept_graphs", "objects", False, "ConceptGraphs"),
+    Method("cg_task", "concept_graphs", "objects", True, "of its objects, those near a task"),
 ]
 
 

@@ -10,12 +10,14 @@ LEVELS = ("none", "clip_like", "hard")
 APARTMENT = ["--width", "320", "--height", "240", "--rate", "5"]
 
 
-def prepare_apartment(run, folder, seed):
+def prepare_apartment(run, folder, seed, duration_s):
     """A generated apartment of its own for each seed."""
-    stem = os.path.join(folder, f"apartment_{seed}")
+    name = f"apartment_{seed}" if duration_s == 0.0 else f"apartment_{seed}_{duration_s:g}s"
+    stem = os.path.join(folder, name)
     if not os.path.exists(stem + ".bag"):
-        run(["simulate_apartment", "--output", stem + ".bag", "--seed", str(seed)] + APARTMENT)
-    return Recording(f"apartment_{seed}", stem + ".bag", stem + ".object_tasks.yaml",
+        run(["simulate_apartment", "--output", stem + ".bag", "--seed", str(seed), "--duration",
+             str(duration_s)] + APARTMENT)
+    return Recording(name, stem + ".bag", stem + ".object_tasks.yaml",
                      stem + ".place_tasks.yaml", stem + ".ground_truth")
 
 

@@ -216,6 +216,10 @@ void run(const Arguments& arguments) {
   for (const std::string& node : read.left_out) {
     std::cerr << "evaluate_scene_graph: map '" << arguments.map << "': left out: " << node << '\n';
   }
+  if (read.objects.empty() && !read.left_out.empty()) {
+    throw std::runtime_error("map '" + arguments.map + "' has no node that can be scored among " +
+                             std::to_string(read.left_out.size()) + ", see above");
+  }
   const auto estimates = makeEstimates(read.objects, tasks, arguments);
   nlohmann::json all = {{"map", arguments.map}, {"left_out", read.left_out.size()}};
   for (const ScoreMode mode : arguments.modes) {

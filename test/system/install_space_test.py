@@ -53,7 +53,8 @@ class InstallSpace(unittest.TestCase):
                          (BUILD / "devel/lib/libtsg_rviz.so").exists())
 
     def test_libraries_resolve_without_the_build_folder(self):
-        for library in ("libtsg_core.so", "libtsg_simulation.so", "libtsg_ros.so", "libtsg_nodelets.so"):
+        for name in ("core", "simulation", "evaluation", "ros", "nodelets"):
+            library = f"libtsg_{name}.so"
             output = run_installed(f"ldd {INSTALL}/lib/{library}")
             self.assertNotIn("not found", output)
             self.assertNotIn(str(BUILD / "devel"), output)

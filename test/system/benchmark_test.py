@@ -1,0 +1,157 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""evaluate_scene_graph and scripts/benchmark: from a generated world to the table."""
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+SOURCE = os.environ["TSG_SOURCE_DIR"]
+PROGRAMS = os.path.join(os.environ["TSG_BUILD_DIR"], "devel", "lib", "task_scene_graph")
+sys.path.insert(0, os.path.join(SOURCE, "scripts"))
+from evaluation import report, results  # noqa: E402
+
+
+def run(*command):
+    return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                          universal_newlines=True, timeout=600, check=False)
+
+
+def make_node(index, center, size, embedding, layer=2):
+    identity = {"w": 1, "x": 0, "y": 0, "z": 0}
+    return {"id": (ord("O") << 56) + index, "layer": layer, "partition": 0, "attributes": {
+        "type": "KhronosObjectAttributes", "position": center, "name": "", "is_active": False,
+        "bounding_box": {"type": "AABB", "dimensions": size, "world_P_center": center,
+                         "world_R_center": identity},
+        "semantic_feature": embedding}}
+
+
+class EvaluateSceneGraph(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.write("truth.yaml", "cup: [{center: [0, 0, 0], extents: [1, 1, 1]}]\n"
+                                 "sofa: [{center: [5, 0, 0], extents: [2, 1, 1]}]\n")
+        self.write("tasks.yaml", "tasks:\n- {name: sofa, embedding: [0, 1, 0]}\n"
+                                 "- {name: cup, embedding: [1, 0, 0]}\n")
+        self.write_map([make_node(0, [0, 0, 0], [1, 1, 1], [0.9, 0.1, 0.4]),
+                        make_node(1, [5.2, 0, 0], [2, 1, 1], [0.1, 0.9, 0.4])])
+
+    def path(self, name):
+        return os.path.join(self.folder.name, name)
+
+    def write(self, name, text):
+        with open(self.path(name), "w", encoding="utf-8") as file:
+            file.write(text)
+
+    def write_map(self, nodes):
+        self.write("scene_graph.json", json.dumps({"nodes": nodes, "edges": []}))
+
+    def evaluate(self, *options):
+        return run(os.path.join(PROGRAMS, "evaluate_scene_graph"), "--map", self.folder.name,
+                   "--truth", self.path("truth.yaml"), "--tasks", self.path("tasks.yaml"), *options)
+
+    def test_scores_are_those_of_the_boxes(self):
+        done = self.evaluate("--json", self.path("scores.json"))
+        self.assertEqual(done.returncode, 0, done.stdout)
+        with open(self.path("scores.json"), encoding="utf-8") as file:
+            scores = json.load(file)["paper"]
+        self.assertEqual(scores["strict"], {"recall": 1.0, "precision": 1.0, "f1": 1.0})
+        self.assertAlmostEqual(scores["iou"], (1.0 + 1.8 / 2.2) / 2.0, 6)
+        self.assertEqual([row["task"] for row in scores["tasks"]], ["cup", "sofa"])
+        self.assertIn("osR 1.000", done.stdout)
+
+    def test_objects_far_from_every_task_are_left_out_on_request(self):
+        done = self.evaluate("--min-cosine", "0.95")
+        self.assertEqual(done.returncode, 0, done.stdout)
+        self.assertIn("kept 0 of 0 objects", done.stdout)
+
+    def test_task_of_the_truth_without_embedding_is_named(self):
+        self.write("tasks.yaml", "tasks:\n- {name: sofa, embedding: [0, 1, 0]}\n")
+        done = self.evaluate()
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("'cup'", done.stdout)
+
+    def test_embeddings_of_another_size_are_named(self):
+        self.write_map([make_node(0, [0, 0, 0], [1, 1, 1], [1, 0])])
+        done = self.evaluate()
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("2 numbers, expected the tasks' 3", done.stdout)
+
+    def test_nodes_that_cannot_be_read_are_left_out_and_named(self):
+        bad = make_node(7, [0, 0, 0], [1, 1, 1], [1, 0, 0])
+        del bad["attributes"]["bounding_box"]
+        self.write_map([make_node(0, [0, 0, 0], [1, 1, 1], [1, 0, 0]), bad])
+        done = self.evaluate()
+        self.assertEqual(done.returncode, 0, done.stdout)
+        self.assertIn("left out: O7", done.stdout)
+        self.assertIn("bounding_box", done.stdout)
+
+    def test_map_whose_nodes_cannot_be_read_is_no_empty_map(self):
+        bad = make_node(7, [0, 0, 0], [1, 1, 1], [1, 0, 0])
+        del bad["attributes"]["semantic_feature"]
+        self.write_map([bad])
+        done = self.evaluate()
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("no node that can be scored among 1", done.stdout)
+
+    def test_wrong_words_are_answered_with_the_right_ones(self):
+        done = self.evaluate("--layer", "rooms")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("objects, segments", done.stdout)
+
+
+def make_result(method, f1, world="apartment", level="none"):
+    scores = {"recall": f1, "precision": f1, "f1": f1}
+    return {"world": world, "level": level, "method": method, "ms_per_frame": 5.0,
+            "scores": {"paper": {"strict": scores, "relaxed": scores, "iou": 0.5,
+                                 "num_objects": 10}}}
+
+
+class Report(unittest.TestCase):
+    def test_mean_and_sample_deviation(self):
+        table = report.make_table({"clio": [make_result("clio", 0.8), make_result("clio", 0.9)]})
+        self.assertIn("0.850 ± 0.071", table)
+
+    def test_comparison_has_the_change(self):
+        lines = report.compare([make_result("clio", 0.8)], [make_result("clio", 0.9)])
+        self.assertIn("| apartment | none | clio | 0.800 | 0.900 | +0.100 |", lines)
+
+    def test_damaged_result_is_named(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "clio.result.json")
+            with open(path, "w", encoding="utf-8") as file:
+                file.write('{"world": ')
+            with self.assertRaisesRegex(ValueError, "clio.result.json"):
+                results.load_all(folder)
+
+
+class Benchmark(unittest.TestCase):
+    def test_smoke_suite_makes_the_table_and_a_second_run_makes_nothing_anew(self):
+        with tempfile.TemporaryDirectory() as folder:
+            command = [os.path.join(SOURCE, "scripts", "benchmark"), "--output", folder, "--suite",
+                       "smoke", "--methods", "clio", "khronos_task"]
+            done = run(*command)
+            self.assertEqual(done.returncode, 0, done.stdout)
+            with open(os.path.join(folder, "report.md"), encoding="utf-8") as file:
+                text = file.read()
+            self.assertRegex(text, r"\| clio \| [0-9.]+ ")
+            self.assertRegex(text, r"\| khronos_task \| [0-9.]+ ")
+            found = results.load_all(folder)
+            self.assertEqual(len(found), 2)
+            self.assertGreater(found[0]["scores"]["paper"]["num_objects"], 0)
+            again = run(*command)
+            self.assertEqual(again.returncode, 0, again.stdout)
+            self.assertNotIn("strict F1", again.stdout)
+
+    def test_unknown_method_is_refused_with_the_known_ones(self):
+        done = run(os.path.join(SOURCE, "scripts", "benchmark"), "--methods", "magic")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("'magic'", done.stdout)
+        self.assertIn("khronos_task", done.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()
