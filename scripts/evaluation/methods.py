@@ -13,10 +13,16 @@ ALPHA = 0.23  # of the paper, for ViT-L/14
 # program: with --bag and --output. config: what --config holds, None where the program has no such
 # option. Thresholds: [Clio24, Sec. V-A] and the released configurations.
 FrontEnd = collections.namedtuple("FrontEnd", "program config")
+PAPER = {
+    "tracker": {"adapt_cosine": False, "max_range_m": 4.0},
+    "mesh_fusion": {"reconstruction": {"max_range_m": 4.0, "min_object_share": 0.5,
+                                       "min_part_share": 0.0}},
+}
+KHRONOS = {"preset": "khronos", "min_observations": 5, "max_range_m": 4.0}
 FRONT_ENDS = {
     "default": FrontEnd("process_bag", {}),
-    "paper": FrontEnd("process_bag", {"tracker": {"adapt_cosine": False}}),
-    "khronos": FrontEnd("process_bag", {"tracker": {"preset": "khronos", "min_observations": 5}}),
+    "paper": FrontEnd("process_bag", PAPER),
+    "khronos": FrontEnd("process_bag", dict(PAPER, tracker=KHRONOS)),
     "concept_graphs": FrontEnd("concept_graphs", None),
 }
 

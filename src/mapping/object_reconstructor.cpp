@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "main_part.h"
 #include "object_volume.h"
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/mapping/marching_cubes.h"
@@ -132,7 +133,8 @@ ReconstructionResult ObjectReconstructor::reconstruct(const Track& track,
   }
   auto views = makeViews(track, frames, static_cast<std::size_t>(config_.max_frames));
   if (views.empty()) return {ReconstructionStatus::kNoFrames, nullptr};
-  const Aabb extent = prepareViews(config_, views);
+  Aabb extent = prepareViews(config_, views);
+  if (config_.min_part_share > 0.0) extent = keepMainPart(config_, extent, views);
   if (extent.isEmpty()) return {ReconstructionStatus::kNoDepth, nullptr};
 
   const double voxel_size_m =

@@ -15,7 +15,7 @@ namespace tsg::simulation {
 namespace {
 
 constexpr int kMinPatch_px = 200;
-constexpr double kPatchCosine = 0.7;  // of a patch's embedding with the frame's mean
+constexpr std::size_t kFewestToImitate = 3;  // segments of a frame, for its patches
 
 /// Segments in the making: label i + 1 has embeddings[i].
 struct Draft {
@@ -168,12 +168,6 @@ void erode(int distance_px, Draft& draft) {
   draft.labels.setTo(0, least != largest);
 }
 
-Embedding computeMean(const std::vector<Embedding>& embeddings) {
-  Embedding sum = embeddings.front();
-  for (std::size_t i = 1; i < embeddings.size(); ++i) sum += embeddings[i];
-  return sum.normalized();
-}
-
 Embedding addNoise(const Embedding& embedding, double length, Random& random) {
   const double step = length / std::sqrt(static_cast<double>(embedding.size()));
   Embedding noisy = embedding;
@@ -183,23 +177,32 @@ Embedding addNoise(const Embedding& embedding, double length, Random& random) {
   return noisy.normalized();
 }
 
-/// Length of the noise that leaves an expected cosine of about `cosine` with what it is added to.
-double lengthOfCosine(double cosine) { return std::sqrt(1.0 / (cosine * cosine) - 1.0); }
+/// Of walls and floors: what all segments of the frame have in common, and for the rest a direction
+/// of its own, the same in all frames. So a patch is as far from each task as things usually are,
+/// however many views are averaged; the common part alone would be near to every task.
+Embedding makePatchEmbedding(const std::vector<Embedding>& embeddings, int seed) {
+  Embedding common = Embedding::Zero(embeddings.front().size());
+  for (const Embedding& embedding : embeddings) common += embedding;
+  common /= static_cast<float>(embeddings.size());
+  Random random(combineSeeds(static_cast<std::uint64_t>(seed), hashText("background")));
+  Embedding own(common.size());
+  for (Eigen::Index i = 0; i < own.size(); ++i) own[i] = static_cast<float>(random.normal());
+  const float left = std::max(0.0F, 1.0F - common.squaredNorm());
+  return (common + std::sqrt(left) * own.normalized()).normalized();
+}
 
-void addPatches(int count, Random random, Draft& draft) {
-  if (draft.embeddings.empty()) return;
-  const Embedding mean = computeMean(draft.embeddings);
+void addPatches(const SegmentFaultsConfig& config, Random random, Draft& draft) {
+  if (draft.embeddings.size() < kFewestToImitate) return;
+  const Embedding embedding = makePatchEmbedding(draft.embeddings, config.seed);
   const cv::Mat& labels = draft.labels;
-  for (int i = 0; i < count; ++i) {
+  for (int i = 0; i < config.patches; ++i) {
     const int width = std::max(1, labels.cols / (4 + random.integer(8)));
     const int height = std::max(1, labels.rows / (4 + random.integer(8)));
     const cv::Rect where(random.integer(labels.cols - width + 1),
                          random.integer(labels.rows - height + 1), width, height);
     const cv::Mat mask = draft.labels(where) == 0;
     if (cv::countNonZero(mask) < kMinPatch_px) continue;
-    const std::uint16_t label =
-        draft.add(addNoise(mean, lengthOfCosine(kPatchCosine), random), 0.5F);
-    draft.labels(where).setTo(label, mask);
+    draft.labels(where).setTo(draft.add(embedding, 0.5F), mask);
   }
 }
 
@@ -279,7 +282,7 @@ Segmentation SegmentFaults::apply(const Segmentation& segmentation) const {
   if (config_.merged > 0.0) merge(config_.merged, random.fork("merged"), draft);
   if (config_.split > 0.0) split(config_.split, random.fork("split"), draft);
   if (config_.eroded_px > 0) erode(config_.eroded_px, draft);
-  if (config_.patches > 0) addPatches(config_.patches, random.fork("patches"), draft);
+  if (config_.patches > 0) addPatches(config_, random.fork("patches"), draft);
   if (config_.view_cosine < 1.0) spoilEmbeddings(config_, random.fork("embeddings"), draft);
   return finish(std::move(draft), segmentation);
 }

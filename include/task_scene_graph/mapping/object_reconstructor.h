@@ -13,16 +13,19 @@ namespace tsg::mapping {
 /// Parameters of object reconstruction; defaults of the authors' "fine" configuration where not
 /// said otherwise. min_observations is theirs put plainly: a confidence above 0.5 needs four
 /// observations.
+/// deviation: their readings end at 4 m and their share is 0.5. In large rooms things are seen from
+/// farther off only, and masks that spill over at every view take in the neighbours' surface.
 struct ObjectConfig {
   int min_observations = 4;
   int min_pixels = 20;
   double min_range_m = 0.3;
-  double max_range_m = 4.0;
+  double max_range_m = 8.0;
   double resolution_fraction = 0.03;
   double min_voxel_size_m = 0.005;
   double truncation_voxels = 2.0;
-  double min_object_share = 0.5;
+  double min_object_share = 0.65;
   int min_voxel_observations = 2;
+  double min_part_share = 0.5;
   double min_volume_m3 = 0.0;
   double max_volume_m3 = 8.0;
   int max_frames = 40;
@@ -49,6 +52,10 @@ struct ObjectConfig {
             "a voxel belongs to the object if this share of its observations has its label");
     v.field("min_voxel_observations", self.min_voxel_observations, {1, 1e6}, "",
             "a voxel seen less often near a surface counts as free space");
+    v.field(
+        "min_part_share", self.min_part_share, {0.0, 1.0}, "",
+        "surface apart from an object's largest part is kept if it has this share of that part's "
+        "points; 0 = all");
     v.field("min_volume_m3", self.min_volume_m3, {0.0, 1e6}, "m^3",
             "objects with a smaller box are rejected");
     v.field("max_volume_m3", self.max_volume_m3, {0.0, 1e6}, "m^3",
@@ -82,9 +89,9 @@ struct ReconstructionResult {
 
 /// Reconstructs the object of a finished track from the track's own frames [Clio24, Sec. IV-A].
 ///
-/// 1. The extent is the box of all 3D points of the track's label pixels after the depth filter;
-/// the
-///    voxel size is max(resolution_fraction * largest side, min_voxel_size_m).
+/// 1. The extent is the box of all 3D points of the track's label pixels after the depth filter,
+///    without small parts that lie apart (keepMainPart: masks spill over silhouettes); the voxel
+///    size is max(resolution_fraction * largest side, min_voxel_size_m).
 /// 2. Every frame is integrated (all its pixels, formulas of TsdfIntegrator) into the blocks that
 ///    the truncation band of any label pixel meets. Per voxel it is counted how often a reading
 ///    within the truncation had the object's label and how often another.
@@ -93,8 +100,8 @@ struct ReconstructionResult {
 /// 4. Marching cubes; the boxes are the AABB and the upright box of least footprint of the mesh's
 ///    vertices.
 ///
-/// `deviation:` the authors count an observation at any distance in front of a surface, and
-/// integrate every frame of a track, however many there are.
+/// `deviation:` the authors count an observation at any distance in front of a surface, integrate
+/// every frame of a track, however many there are, and keep parts that lie apart.
 ///
 /// A pure function of its arguments: the same bits each time; thread-safe.
 /// O(frames * (pixels of the object's surroundings + voxels of its surface)).

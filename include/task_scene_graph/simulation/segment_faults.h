@@ -33,7 +33,8 @@ struct SegmentFaultsConfig {
     v.field("eroded_px", self.eroded_px, {0, 50}, "px",
             "pixels this near to a segment's border are of no segment");
     v.field("patches", self.patches, {0, 100}, "",
-            "pieces of what is no segment (walls, floor) that become segments, per frame");
+            "pieces of what is no segment (walls, floor) that become segments, per frame of three "
+            "segments or more");
     v.field("seed", self.seed, {0, 1000000000}, "", "other faults of the same kind");
   }
 

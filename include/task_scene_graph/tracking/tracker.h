@@ -43,7 +43,7 @@ struct TrackerConfig {
   int min_observations = 2;
   FeatureWeight feature_weight = FeatureWeight::kEqual;
   double voxel_size_m = 0.1;
-  double max_range_m = 5.0;
+  double max_range_m = 8.0;
   int min_pixels = 20;
   double max_image_share = 0.5;
 

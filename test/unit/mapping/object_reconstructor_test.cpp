@@ -250,6 +250,73 @@ TEST(ObjectReconstructor, VolumeLimitsAreEnforced) {
             ReconstructionStatus::kTooSmall);
 }
 
+/// The crate hangs in front of a wall 0.8 m behind; every mask spills over by some pixels.
+SeenTrack observeWithSpilling(double wall_x_m, int spilled_px) {
+  const std::vector<test::Solid> scene{test::makePlane({wall_x_m, 0, 0}, {-1, 0, 0}, {90, 90, 90}),
+                                       test::makeBox(kCrate, {200, 40, 20}, kLabel)};
+  SeenTrack seen;
+  seen.track.id = {5};
+  seen.track.embedding = Embedding::Ones(4);
+  for (int i = 0; i < 12; ++i) {
+    // Nearly the same place: the strip of wall beside the crate is the same in all views.
+    const Eigen::Vector3d eye = kCrate.center() + Eigen::Vector3d(-1.5, 0.01 * i, 0.1);
+    auto rendering = test::render(scene, kCamera, test::lookAt(eye, kCrate.center()));
+    rendering.frame.stamp = Stamp{1000 + i};
+    auto segmentation = std::make_shared<Segmentation>();
+    segmentation->stamp = rendering.frame.stamp;
+    const cv::Mat disk = cv::getStructuringElement(
+        cv::MORPH_ELLIPSE, cv::Size(2 * spilled_px + 1, 2 * spilled_px + 1));
+    cv::dilate(rendering.labels, segmentation->labels, disk);
+    seen.track.observations.push_back({rendering.frame.stamp, kLabel});
+    seen.frames.push_back({std::make_shared<RgbdFrame>(rendering.frame), segmentation});
+  }
+  return seen;
+}
+
+TEST(ObjectReconstructor, StripOfWallBehindASpillingMaskIsNotOfTheObject) {
+  const auto seen = observeWithSpilling(1.6, 4);
+  ObjectConfig all;
+  all.min_part_share = 0.0;
+  const auto with_wall = ObjectReconstructor(all).reconstruct(seen.track, seen.frames, {1});
+  ASSERT_TRUE(with_wall.primitive);
+  EXPECT_GT(with_wall.primitive->box.max().x(), 1.5);
+  const auto result = ObjectReconstructor({}).reconstruct(seen.track, seen.frames, {1});
+  ASSERT_TRUE(result.primitive);
+  EXPECT_LT(result.primitive->box.max().x(), kCrate.max().x() + 0.05);
+  EXPECT_GT(result.primitive->box.sizes().y(), 0.9 * kCrate.sizes().y());
+  EXPECT_LT(result.primitive->box.sizes().y(), 1.1 * kCrate.sizes().y());
+}
+
+TEST(ObjectReconstructor, MasksOfOtherObjectsStayAsTheyWere) {
+  const auto seen = observeWithSpilling(1.6, 4);
+  const cv::Mat before = seen.frames[0].segmentation->labels.clone();
+  ObjectReconstructor({}).reconstruct(seen.track, seen.frames, {1});
+  EXPECT_EQ(cv::countNonZero(before != seen.frames[0].segmentation->labels), 0);
+}
+
+TEST(ObjectReconstructor, TwoPartsOfLikeSizeAreBothKept) {
+  // Two legs half a metre apart under one label, as a table whose top no view shows.
+  const Aabb left = makeAabb({0.4, -0.3, 0.0}, {0.5, -0.2, 0.7});
+  const Aabb right = makeAabb({0.4, 0.2, 0.0}, {0.5, 0.3, 0.7});
+  const std::vector<test::Solid> scene{test::makePlane({0, 0, 0}, {0, 0, 1}, {90, 90, 90}),
+                                       test::makeBox(left, {200, 40, 20}, kLabel),
+                                       test::makeBox(right, {200, 40, 20}, kLabel)};
+  const auto seen = observe(scene, {0.45, 0.0, 0.35}, 1.5, 12);
+  const auto result = ObjectReconstructor({}).reconstruct(seen.track, seen.frames, {1});
+  ASSERT_TRUE(result.primitive);
+  EXPECT_NEAR(result.primitive->box.sizes().y(), 0.6, 0.06);
+}
+
+TEST(ObjectReconstructor, SmallPartTouchingTheLargeOneIsKept) {
+  const Aabb handle = makeAabb({0.7, 0.0, 0.8}, {0.76, 0.04, 0.84});
+  auto scene = makeTable();
+  scene.push_back(test::makeBox(handle, {200, 40, 20}, kLabel));
+  const auto seen = observe(scene, kCrate.center(), 1.2, 12);
+  const auto result = ObjectReconstructor({}).reconstruct(seen.track, seen.frames, {1});
+  ASSERT_TRUE(result.primitive);
+  EXPECT_GT(result.primitive->box.max().x(), 0.74);
+}
+
 TEST(ObjectReconstructor, WrongLabelsInAMinorityOfFramesAreOutvoted) {
   const auto seen = observe(makeTable(), kCrate.center(), 1.2, 12);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -274,7 +341,7 @@ TEST(ObjectReconstructor, BadInputIsRejected) {
   seen.frames[0].segmentation = small;
   EXPECT_THROW(reconstructor.reconstruct(seen.track, seen.frames, {1}), std::invalid_argument);
   ObjectConfig config;
-  config.min_range_m = 6.0;
+  config.min_range_m = config.max_range_m;
   EXPECT_THROW(ObjectReconstructor bad(config), config::ConfigError);
 }
 
