@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "task_scene_graph/ros/geometry_conversions.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <sstream>
@@ -24,8 +25,13 @@ Eigen::Quaterniond toRotation(const geometry_msgs::Quaternion& q) {
 }  // namespace
 
 Stamp toStamp(const ::ros::Time& time) {
-  return {static_cast<std::int64_t>(time.sec) * kNsPerSecond +
-          static_cast<std::int64_t>(time.nsec)};
+  // A message may carry 10^9 ns and more; the last of all seconds has no next one.
+  constexpr std::int64_t kLast_ns =
+      static_cast<std::int64_t>(std::numeric_limits<std::uint32_t>::max()) * kNsPerSecond +
+      kNsPerSecond - 1;
+  const std::int64_t ns =
+      static_cast<std::int64_t>(time.sec) * kNsPerSecond + static_cast<std::int64_t>(time.nsec);
+  return {std::min(ns, kLast_ns)};
 }
 
 ::ros::Time toRosTime(Stamp stamp) {

@@ -15,7 +15,8 @@
 
 namespace tsg::ros_interface {
 
-/// Exact in both directions for every time that a message can hold.
+/// Exact in both directions for every time that ROS knows. What a damaged message carries besides
+/// (10^9 nanoseconds and more) is at most the last time that ROS knows, so that it can be sent on.
 Stamp toStamp(const ::ros::Time& time);
 /// @throws std::invalid_argument for a stamp before 0 or after the year 2106, which ROS 1 cannot
 /// hold.

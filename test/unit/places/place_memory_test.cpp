@@ -92,7 +92,7 @@ TEST(PlaceMemory, NothingIsRememberedOfNothing) {
   PlaceExtractor extractor(makeSparseConfig());
   EXPECT_TRUE(extractor.memory().isEmpty());
   look(extractor, kWest, 0.5, 3.8, 1.0);
-  extractor.restore({}, kVoxel_m);
+  extractor.restore(PlaceMemory(), kVoxel_m);
   EXPECT_TRUE(extractor.graph().places.empty());
   look(extractor, kWest, 0.5, 3.8, 1.0);
   EXPECT_FALSE(extractor.graph().places.empty());
@@ -163,8 +163,8 @@ TEST(PlaceMemory, AHalfInOtherCoordinatesFits) {
   T_b_a.translation() = Eigen::Vector3d(10.0, -20.0, 1.0);
   PlaceExtractor east(makeSparseConfig());
   look(east, kEast, 4.1, 7.5, 1.0);
-  const PlaceMemory elsewhere = mergeMemories({}, east.memory(), T_b_a, 0);
-  const PlaceMemory back = mergeMemories({}, elsewhere, T_b_a.inverse(), 0);
+  const PlaceMemory elsewhere = mergeMemories(PlaceMemory(), east.memory(), T_b_a, 0);
+  const PlaceMemory back = mergeMemories(PlaceMemory(), elsewhere, T_b_a.inverse(), 0);
   PlaceExtractor returned(makeSparseConfig());
   returned.restore(back, kVoxel_m);
   const PlaceGraph expected = east.graph();

@@ -223,7 +223,8 @@ TEST(PrimitiveConversion, TriangleWithoutVertexIsAnError) {
 
 TEST(PrimitiveConversion, WhatIsBrokenIsNamedWithTheTopic) {
   Random random(8);
-  const auto message = toMessage({makePrimitive(random, 1), makePrimitive(random, 7)}, {5}, "world");
+  const auto message =
+      toMessage({makePrimitive(random, 1), makePrimitive(random, 7)}, {5}, "world");
   EXPECT_EQ(fromMessage(*message, "/my/objects").size(), 2U);
   auto bad_mesh = *message;
   bad_mesh.primitives[1].mesh.vertices.pop_back();
@@ -279,6 +280,9 @@ TEST(GeometryConversion, StampsAreExact) {
     EXPECT_EQ(toStamp(toRosTime(stamp)), stamp);
   }
   EXPECT_THROW(toRosTime({-1}), std::invalid_argument);
+  ::ros::Time beyond;  // as it comes in a damaged message
+  beyond.sec = beyond.nsec = 4294967295U;
+  EXPECT_NO_THROW(toRosTime(toStamp(beyond)));
   EXPECT_THROW(toRosTime({(std::int64_t{1} << 32) * 1000000000}), std::invalid_argument);
 }
 
