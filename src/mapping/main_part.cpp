@@ -59,16 +59,33 @@ void forEachPoint(const ObjectConfig& config, const ObjectView& view, const Grid
   }
 }
 
-/// So many columns and rows that a cell seen head-on at the farthest corner still has some pixels.
-int findStep(const ObjectView& view, const Aabb& extent, double cell_m) {
-  constexpr double kLeastPixels = 3.0;  // across a cell
-  constexpr double kLargestStep = 4.0;
+/// What a pixel covers, seen head-on, at the corner of `extent` that is farthest from the camera.
+double computePixelSize(const ObjectView& view, const Aabb& extent) {
   double farthest_m = 0.0;
   for (int i = 0; i < 8; ++i) {
     const Eigen::Vector3d corner_m = extent.corner(static_cast<Aabb::CornerType>(i));
     farthest_m = std::max(farthest_m, (corner_m - view.frame.T_world_camera.translation()).norm());
   }
-  const double pixels = view.frame.camera.fx_px * cell_m / std::max(farthest_m, 0.1);
+  return farthest_m / view.frame.camera.fx_px;
+}
+
+/// Wide enough that surface seen at a slant hangs together.
+double findCellSize(const ObjectConfig& config, const Aabb& extent,
+                    const std::vector<ObjectView>& views) {
+  constexpr double kLeastPixels = 3.0;  // across a cell
+  double cell_m =
+      std::max(2.0 * config.resolution_fraction * extent.sizes().maxCoeff(), kSmallestCell_m);
+  for (const ObjectView& view : views) {
+    cell_m = std::max(cell_m, kLeastPixels * computePixelSize(view, extent));
+  }
+  return cell_m;
+}
+
+/// So many columns and rows that a cell seen head-on still has some pixels.
+int findStep(const ObjectView& view, const Aabb& extent, double cell_m) {
+  constexpr double kLeastPixels = 4.0;  // across a cell
+  constexpr double kLargestStep = 4.0;
+  const double pixels = cell_m / std::max(computePixelSize(view, extent), 1e-6);
   return static_cast<int>(std::clamp(pixels / kLeastPixels, 1.0, kLargestStep));
 }
 
@@ -150,8 +167,7 @@ void removeStray(const ObjectConfig& config, const Cells& cells, const std::vect
 Aabb keepMainPart(const ObjectConfig& config, const Aabb& extent, std::vector<ObjectView>& views) {
   Aabb kept = extent;
   for (int round = 0; round < kMaxRounds && !kept.isEmpty(); ++round) {
-    const double side_m = kept.sizes().maxCoeff();
-    const double cell_m = std::max(2.0 * config.resolution_fraction * side_m, kSmallestCell_m);
+    const double cell_m = findCellSize(config, kept, views);
     const Grid grid(kept, cell_m);
     Cells cells = collectCells(config, views, grid, kept, cell_m);
     const std::vector<std::size_t> points = findParts(cells);

@@ -11,9 +11,9 @@ namespace tsg::mapping {
 /// than `min_part_share` of that part's points. Masks spill over silhouettes, so a thing comes with
 /// a strip of the wall behind it, which no view alone can tell from the thing.
 ///
-/// Points of all views fall into cells of twice resolution_fraction of the extent (3 cm at least);
-/// cells that touch are one part. Since what is taken out may have been most of the extent, this is
-/// done again at the smaller one.
+/// Points of all views fall into cells of twice resolution_fraction of the extent (3 cm and 5
+/// pixels at least); cells that touch are one part. Since what is taken out may have been most of
+/// the extent, this is done again at the smaller one.
 /// @param extent  of the points of all views
 /// @return the extent of what is left, as computeExtent(); views with too little left are removed
 /// O(pixels of the labels + cells).
