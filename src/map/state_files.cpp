@@ -505,7 +505,7 @@ void put(BinaryWriter& out, const places::GroundPlan& plan) {
     for (const auto& tile : tiles) {
       for (const places::PlanCell& cell : *tile) {
         out.put(static_cast<std::uint8_t>(cell.state));
-        out.put(cell.floor_m);
+        out.put(cell.floor_m + 0.0F);  // a floor at -0 is one at 0
         out.put(cell.clearance_m);
       }
     }

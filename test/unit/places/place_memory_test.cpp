@@ -149,6 +149,9 @@ TEST(PlaceMemory, PlacesOfTheFirstKeepTheirIdsAndThoseOfTheSecondGetThemWithTheO
   std::size_t num_east = 0;
   for (const Place& place : both.graph().places) {
     (place.id.value < 1000 ? num_west : num_east) += 1;
+    // Both halves have seen the seam, from 4.1 m where the second begins.
+    const bool is_seam = place.position_m.x() > 4.1 && place.position_m.x() < 4.6;
+    if (is_seam) continue;
     EXPECT_EQ(place.id.value < 1000, place.position_m.x() < 4.6) << place.position_m.transpose();
   }
   EXPECT_GT(num_west, 4U);
