@@ -27,6 +27,8 @@ from task_scene_graph.srv import (Ask, AskRequest, ChangeTasks, ChangeTasksReque
 
 from .changes import SceneGraphFollower, SceneGraphReader, apply_changes  # noqa: F401
 
+GOAL_GRACE_S = 2.0
+
 
 class SceneGraphError(Exception):
     """The scene graph could not do what was asked; the map is as it was."""
@@ -171,6 +173,8 @@ class SceneGraphClient:
         return best
 
     def _send_goal(self, pose, frame, topic):
+        if not self._goals:
+            rospy.on_shutdown(self._let_goal_arrive)
         if topic not in self._goals:
             self._goals[topic] = rospy.Publisher(topic, PoseStamped, queue_size=1)
         deadline = time.monotonic() + self.timeout_s
@@ -182,6 +186,11 @@ class SceneGraphClient:
         goal.header.frame_id = frame
         goal.header.stamp = rospy.Time.now()
         self._goals[topic].publish(goal)
+        self._goal_sent = time.monotonic()
+
+    def _let_goal_arrive(self):
+        """A program that ends takes with it what its listeners have not read: ROS confirms no message."""
+        time.sleep(max(0.0, self._goal_sent + GOAL_GRACE_S - time.monotonic()))
 
     def _change(self, action, tasks, for_places, new_names=()):
         tasks = [make_task(task) if isinstance(task, str) else task for task in tasks]

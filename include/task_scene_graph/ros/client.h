@@ -42,6 +42,14 @@ class SceneGraphClient {
   explicit SceneGraphClient(std::string stage = "/task_scene_graph/scene_graph",
                             double timeout_s = 10.0)
       : stage_(std::move(stage)), timeout_s_(timeout_s) {}
+  SceneGraphClient(const SceneGraphClient&) = delete;
+  SceneGraphClient& operator=(const SceneGraphClient&) = delete;
+  /// A program that ends takes with it what its listeners have not read, as ROS confirms no
+  /// message: waits until two seconds have passed since the last goal.
+  ~SceneGraphClient() {
+    constexpr std::chrono::seconds kGrace(2);
+    if (goal_sent_ && ros::ok()) std::this_thread::sleep_until(*goal_sent_ + kGrace);
+  }
 
   /// All answers to a question (words, an embedding or an image), each kind by score.
   msg::AskResponse ask(const msg::AskRequest& request) const {
@@ -221,12 +229,14 @@ class SceneGraphClient {
     geometry_msgs::PoseStamped goal = pose;
     goal.header.stamp = ros::Time::now();
     goals_.publish(goal);
+    goal_sent_ = std::chrono::steady_clock::now();
   }
 
   std::string stage_;
   double timeout_s_;
   ros::NodeHandle handle_;  ///< starts the node, if that is not done yet
   ros::Publisher goals_;
+  std::optional<std::chrono::steady_clock::time_point> goal_sent_;
 };
 
 }  // namespace tsg
