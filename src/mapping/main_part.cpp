@@ -171,6 +171,7 @@ Aabb keepMainPart(const ObjectConfig& config, const Aabb& extent, std::vector<Ob
     const Grid grid(kept, cell_m);
     Cells cells = collectCells(config, views, grid, kept, cell_m);
     const std::vector<std::size_t> points = findParts(cells);
+    if (points.size() < 2) break;  // one part; or none, where no sampled pixel meets thin masks
     const double least = config.min_part_share *
                          static_cast<double>(*std::max_element(points.begin(), points.end()));
     std::vector<bool> is_stray;

@@ -287,6 +287,34 @@ TEST(ObjectReconstructor, StripOfWallBehindASpillingMaskIsNotOfTheObject) {
   EXPECT_LT(result.primitive->box.sizes().y(), 1.1 * kCrate.sizes().y());
 }
 
+TEST(ObjectReconstructor, MaskThatNoSampledPixelMeetsIsKeptWhole) {
+  // A near, wide wall is looked at in every fourth pixel; this mask's columns lie in between.
+  const std::vector<test::Solid> wall{test::makePlane({1.0, 0, 0}, {-1, 0, 0}, {90, 90, 90})};
+  auto rendering = test::render(wall, kCamera, test::lookAt({0, 0, 1}, {1, 0, 1}));
+  SeenTrack seen;
+  seen.track.id = {5};
+  seen.track.embedding = Embedding::Ones(4);
+  auto segmentation = std::make_shared<Segmentation>();
+  segmentation->labels = cv::Mat::zeros(kCamera.height_px, kCamera.width_px,
+                                        CV_16UC1);
+  // The box of the mask begins at column 0: sampled are columns 0, 4, ..., and only row 1 has 0.
+  for (int v = 1; v < segmentation->labels.rows; v += 4) {
+    for (int u = 1; u < segmentation->labels.cols; u += 4) {
+      segmentation->labels.at<std::uint16_t>(v, u) = kLabel;
+    }
+  }
+  segmentation->labels.at<std::uint16_t>(0, 1) = kLabel;
+  segmentation->labels.at<std::uint16_t>(1, 0) = kLabel;
+  for (int i = 0; i < 12; ++i) {
+    rendering.frame.stamp = segmentation->stamp = Stamp{1000 + i};
+    seen.track.observations.push_back({rendering.frame.stamp, kLabel});
+    seen.frames.push_back({std::make_shared<RgbdFrame>(rendering.frame),
+                           std::make_shared<Segmentation>(*segmentation)});
+  }
+  const auto result = ObjectReconstructor({}).reconstruct(seen.track, seen.frames, {1});
+  EXPECT_TRUE(result.primitive) << mapping::toString(result.status);
+}
+
 TEST(ObjectReconstructor, MasksOfOtherObjectsStayAsTheyWere) {
   const auto seen = observeWithSpilling(1.6, 4);
   const cv::Mat before = seen.frames[0].segmentation->labels.clone();
