@@ -209,7 +209,7 @@ void Loader::report(const std::string& problem) const {
   violations_.push_back(problem + mention(source_.name));
 }
 
-YAML::Node Loader::take(const std::string& name) {
+YAML::Node Loader::consume(const std::string& name) {
   known_.insert(name);
   if (!map_.IsDefined() || !map_.IsMap()) return YAML::Node(YAML::NodeType::Undefined);
   return const_cast<const YAML::Node&>(map_)[name];
@@ -221,7 +221,7 @@ void Loader::noteOrigin(const std::string& name) {
 
 void Loader::field(const char* name, std::filesystem::path& value, Range, const char*,
                    const char*) {
-  const YAML::Node node = take(name);
+  const YAML::Node node = consume(name);
   if (!node.IsDefined()) return;
   std::string text;
   if (!read(node, text)) return wrongType(name, node, TypeName<std::filesystem::path>::value);
@@ -232,7 +232,7 @@ void Loader::field(const char* name, std::filesystem::path& value, Range, const 
 }
 
 void Loader::field(const char* name, NumbersOrPath& value, Range, const char*, const char*) {
-  const YAML::Node node = take(name);
+  const YAML::Node node = consume(name);
   if (!node.IsDefined()) return;
   std::string text;
   if (!read(node, text)) return wrongType(name, node, TypeName<NumbersOrPath>::value);

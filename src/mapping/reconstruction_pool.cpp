@@ -45,7 +45,7 @@ void ReconstructionPool::submit(Track track, std::vector<SegmentedFrame> frames,
   changed_.notify_all();
 }
 
-std::vector<PooledResult> ReconstructionPool::take() {
+std::vector<PooledResult> ReconstructionPool::collectFinished() {
   const std::lock_guard<std::mutex> lock(mutex_);
   std::vector<PooledResult> results;
   while (!jobs_.empty() && jobs_.front().is_done) {
@@ -58,12 +58,12 @@ std::vector<PooledResult> ReconstructionPool::take() {
   return results;
 }
 
-std::vector<PooledResult> ReconstructionPool::takeAll() {
+std::vector<PooledResult> ReconstructionPool::collectAll() {
   {
     std::unique_lock<std::mutex> lock(mutex_);
     changed_.wait(lock, [this] { return pending_ == 0; });
   }
-  return take();
+  return collectFinished();
 }
 
 void ReconstructionPool::waitForProgress(std::chrono::milliseconds timeout) {

@@ -50,7 +50,7 @@ BackgroundStage::BackgroundStage(ros::NodeHandle& handle, const BackgroundStageO
           [this](const Job&) { report_.countDropped("integration queue full"); }) {}
 
 void BackgroundStage::addFrame(const RgbdFramePtr& frame) {
-  auto share = budget_.take(ros_interface::countBytes(*frame));
+  auto share = budget_.reserve(ros_interface::countBytes(*frame));
   if (share == nullptr) return report_.countDropped("integration queue full (bytes)");
   worker_.push({frame, std::move(share), num_resets_});
 }

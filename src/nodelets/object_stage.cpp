@@ -92,7 +92,7 @@ void ObjectStage::process(const Job& job) {
 }
 
 void ObjectStage::publish(bool is_reset) {
-  const pipeline::ObjectUpdate update = fusion_.take(false);
+  const pipeline::ObjectUpdate update = fusion_.collect(false);
   if (update.primitives.empty() && update.withdrawn.empty() && !is_reset) return;
   store(update);
   const msg::ObjectPrimitivesPtr message =
@@ -167,7 +167,7 @@ void ObjectStage::waitForReconstruction(const ros_interface::Patience& patience,
                                         msg::FlushResponse& response) {
   const std::uint64_t all = fusion_.numSubmitted();
   const auto isDone = [&] {
-    if (fusion_.numTaken() >= all) return true;
+    if (fusion_.numCollected() >= all) return true;
     if (worker_.size() == 0) worker_.pushOrder([] {});
     return false;
   };
@@ -175,7 +175,7 @@ void ObjectStage::waitForReconstruction(const ros_interface::Patience& patience,
       isDone, [this] { return fusion_.numDone() + worker_.numDone(); }, patience);
   worker_.waitHandled(patience);  // what was taken last is published
   if (is_done) return;
-  response.missing.push_back(std::to_string(all - fusion_.numTaken()) +
+  response.missing.push_back(std::to_string(all - fusion_.numCollected()) +
                              " tracks are not yet reconstructed");
 }
 

@@ -18,7 +18,7 @@ OccupancyStage::OccupancyStage(ros::NodeHandle& handle, ros_interface::LateSubsc
           [this](const Job&) { report_.countDropped("occupancy: queue full"); }) {}
 
 void OccupancyStage::add(const RgbdFramePtr& frame) {
-  auto share = budget_.take(ros_interface::countBytes(*frame));
+  auto share = budget_.reserve(ros_interface::countBytes(*frame));
   if (share == nullptr) return report_.countDropped("occupancy: queue full (bytes)");
   worker_.push({frame, std::move(share), num_clears_});
 }

@@ -36,7 +36,7 @@ void PlacesStage::update(mapping::TsdfVolume changed, const std::vector<places::
 }
 
 void PlacesStage::addView(const RgbdFramePtr& frame, const SegmentationPtr& segmentation) {
-  auto share = view_budget_.take(ros_interface::countBytes(*frame));
+  auto share = view_budget_.reserve(ros_interface::countBytes(*frame));
   if (share == nullptr) return report_.countDropped("view for places: queue full (bytes)");
   bool is_full = false;
   {

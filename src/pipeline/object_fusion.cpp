@@ -126,15 +126,15 @@ void ObjectFusion::withdrawVanished(const TrackedFrame& tracked) {
   }
 }
 
-ObjectUpdate ObjectFusion::take(bool wait) {
+ObjectUpdate ObjectFusion::collect(bool wait) {
   ObjectUpdate update;
-  for (auto& result : wait ? pool_.takeAll() : pool_.take()) {
+  for (auto& result : wait ? pool_.collectAll() : pool_.collectFinished()) {
     if (result.is_provisional) {
       addProvisional(std::move(result), update);
     } else {
       addFinal(std::move(result), update);
     }
-    ++num_taken_;
+    ++num_collected_;
   }
   update.withdrawn = std::move(withdrawn_);
   withdrawn_.clear();
@@ -170,11 +170,11 @@ PrimitiveId ObjectFusion::takeId() { return {next_id_.value++}; }
 
 ObjectUpdate ObjectFusion::addTracks(const TrackedFrame& tracked) {
   submitTracks(tracked);
-  return take(true);
+  return collect(true);
 }
 
 void ObjectFusion::reset() {
-  num_taken_ += pool_.takeAll().size();
+  num_collected_ += pool_.collectAll().size();
   frames_.clear();
   framesOf(1);
   provisional_.clear();

@@ -125,7 +125,7 @@ class Loader {
 
   template <typename T>
   void field(const char* name, T& value, Range, const char*, const char*) {
-    const YAML::Node node = take(name);
+    const YAML::Node node = consume(name);
     if (!node.IsDefined()) return;
     if (!read(node, value)) return wrongType(name, node, TypeName<T>::value);
     noteOrigin(name);
@@ -135,7 +135,7 @@ class Loader {
 
   template <typename Enum>
   void choice(const char* name, Enum& value, const Choices<Enum>& choices, const char*) {
-    const YAML::Node node = take(name);
+    const YAML::Node node = consume(name);
     if (!node.IsDefined()) return;
     std::string names;
     for (const auto& [text, option] : choices) {
@@ -150,7 +150,7 @@ class Loader {
 
   template <typename Config>
   void group(const char* name, Config& config) {
-    const YAML::Node node = take(name);
+    const YAML::Node node = consume(name);
     if (!node.IsDefined() || node.IsNull()) return;
     Loader loader(*this, node, name);
     Config::visit(config, loader);
@@ -162,7 +162,7 @@ class Loader {
   void checkIsMap();
   /// A path relative to the source's folder; reports what is none.
   std::optional<std::filesystem::path> expand(const std::string& name, const std::string& text);
-  YAML::Node take(const std::string& name);
+  YAML::Node consume(const std::string& name);
   void noteOrigin(const std::string& name);
   void report(const std::string& problem) const;
   void wrongType(const std::string& name, const YAML::Node& node, const std::string& expected);

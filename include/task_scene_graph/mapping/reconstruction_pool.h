@@ -42,9 +42,9 @@ class ReconstructionPool {
   void submit(Track track, std::vector<SegmentedFrame> frames, bool is_provisional = false);
 
   /// What is done of the oldest tracks without a gap, each result once. Primitives have no id yet.
-  std::vector<PooledResult> take();
-  /// Waits until nothing is pending, then as take().
-  std::vector<PooledResult> takeAll();
+  std::vector<PooledResult> collectFinished();
+  /// Waits until nothing is pending, then as collectFinished().
+  std::vector<PooledResult> collectAll();
   /// Waits until a track is done that was not when it was called, nothing is pending, or the time
   /// is over.
   void waitForProgress(std::chrono::milliseconds timeout);

@@ -71,11 +71,11 @@ class ObjectFusion {
   /// of one frame in the order of their tracks' ids, whatever the number of threads. Tracks of
   /// which nothing can be reconstructed are counted by reason.
   /// @param wait  until all that was submitted is done.
-  ObjectUpdate take(bool wait);
+  ObjectUpdate collect(bool wait);
   /// Waits until another track is reconstructed, none waits, or the time is over.
   void waitForProgress(std::chrono::milliseconds timeout) { pool_.waitForProgress(timeout); }
 
-  /// submitTracks(), then take(true).
+  /// submitTracks(), then collect(true).
   ObjectUpdate addTracks(const TrackedFrame& tracked);
 
   /// Forgets frames and tracks, after what is being reconstructed, which is thrown away. Ids go on.
@@ -93,7 +93,7 @@ class ObjectFusion {
   /// Tracks ever submitted, reconstructed, and taken; from any thread.
   std::uint64_t numSubmitted() const { return num_submitted_; }
   std::uint64_t numDone() const { return pool_.numDone(); }
-  std::uint64_t numTaken() const { return num_taken_; }
+  std::uint64_t numCollected() const { return num_collected_; }
 
  private:
   /// A live or waiting track's provisional primitive.
@@ -125,7 +125,7 @@ class ObjectFusion {
   std::vector<PrimitiveId> withdrawn_;
   std::map<std::string, std::size_t> rejections_;
   std::atomic<std::uint64_t> num_submitted_{0};
-  std::atomic<std::uint64_t> num_taken_{0};
+  std::atomic<std::uint64_t> num_collected_{0};
 };
 
 }  // namespace tsg::pipeline

@@ -28,7 +28,7 @@ class ByteBudget {
   explicit ByteBudget(std::size_t max_bytes) : max_bytes_(max_bytes) {}
 
   /// Null if the item does not fit beside those that wait. One alone always fits.
-  Share take(std::size_t bytes) {
+  Share reserve(std::size_t bytes) {
     const auto used = used_;
     if (const std::size_t before = used->fetch_add(bytes);
         before > 0 && before + bytes > max_bytes_) {

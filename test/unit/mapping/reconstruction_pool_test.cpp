@@ -43,7 +43,7 @@ TEST(ReconstructionPool, ResultsComeInOrderAndDoNotDependOnThreads) {
   for (const int threads : {1, 4}) {
     ReconstructionPool pool(reconstructor, threads, 3);
     for (const auto& seen : tracks) pool.submit(seen.track, seen.frames);
-    const auto results = pool.takeAll();
+    const auto results = pool.collectAll();
     ASSERT_EQ(results.size(), tracks.size());
     for (std::size_t i = 0; i < tracks.size(); ++i) {
       ASSERT_TRUE(results[i].result.primitive);
@@ -53,7 +53,7 @@ TEST(ReconstructionPool, ResultsComeInOrderAndDoNotDependOnThreads) {
       EXPECT_FALSE(results[i].result.primitive->id.isValid());
     }
     EXPECT_EQ(pool.numPending(), 0U);
-    EXPECT_TRUE(pool.take().empty());
+    EXPECT_TRUE(pool.collectFinished().empty());
   }
 }
 
@@ -67,9 +67,9 @@ TEST(ReconstructionPool, EveryResultIsTakenOnce) {
   };
   for (const auto& seen : tracks) {
     pool.submit(seen.track, seen.frames);
-    keep(pool.take());
+    keep(pool.collectFinished());
   }
-  keep(pool.takeAll());
+  keep(pool.collectAll());
   ASSERT_EQ(taken.size(), tracks.size());
   for (std::size_t i = 0; i < tracks.size(); ++i) EXPECT_EQ(taken[i], tracks[i].track.id);
 }
@@ -83,7 +83,7 @@ TEST(ReconstructionPool, BadFramesAreAResultNotAnEnd) {
   const ObjectReconstructor reconstructor({});
   ReconstructionPool pool(reconstructor, 2, 100);
   for (const auto& seen : tracks) pool.submit(seen.track, seen.frames);
-  const auto results = pool.takeAll();
+  const auto results = pool.collectAll();
   ASSERT_EQ(results.size(), 3U);
   EXPECT_EQ(results[0].result.status, ReconstructionStatus::kReconstructed);
   EXPECT_EQ(results[1].result.status, ReconstructionStatus::kBadFrames);
@@ -96,7 +96,7 @@ TEST(ReconstructionPool, FramesAreLetGoOnceReconstructed) {
   const ObjectReconstructor reconstructor({});
   ReconstructionPool pool(reconstructor, 1, 100);
   pool.submit(std::move(tracks[0].track), std::move(tracks[0].frames));
-  pool.takeAll();
+  pool.collectAll();
   EXPECT_TRUE(frame.expired());
 }
 

@@ -87,8 +87,8 @@ TEST(ObjectFusion, SubmittedTracksOutliveTheirFramesInTheBuffer) {
   show(walk, fusion);
   fusion.submitTracks(walk.end);
   EXPECT_EQ(fusion.frameCounters().frames, 0U);
-  EXPECT_EQ(fusion.take(true).primitives.size(), 2U);
-  EXPECT_TRUE(fusion.take(true).primitives.empty());
+  EXPECT_EQ(fusion.collect(true).primitives.size(), 2U);
+  EXPECT_TRUE(fusion.collect(true).primitives.empty());
 }
 
 /// The walk's first track as the tracker describes it while it lives.
@@ -172,7 +172,7 @@ TEST(ObjectFusion, TracksOfAnEpochAreReconstructedFromItsOwnFrames) {
     fusion.addFrame(walk.frames[i], walk.segmentations[i], 2);
   }
   fusion.submitTracks(walk.end, 1);
-  EXPECT_EQ(fusion.take(true).primitives.size(), 2U);
+  EXPECT_EQ(fusion.collect(true).primitives.size(), 2U);
   EXPECT_EQ(fusion.frameCounters().frames, static_cast<std::size_t>(kViews));
   TrackedFrame second = walk.end;
   for (Track& track : second.finished) track.id.value += 10;
@@ -183,7 +183,7 @@ TEST(ObjectFusion, TracksOfAnEpochAreReconstructedFromItsOwnFrames) {
     fusion.submitTracks(live, 2);
   }
   fusion.submitTracks(second, 2);
-  EXPECT_EQ(fusion.take(true).primitives.size(), 2U);
+  EXPECT_EQ(fusion.collect(true).primitives.size(), 2U);
   EXPECT_EQ(fusion.frameCounters().frames, 0U);
 }
 
@@ -208,7 +208,7 @@ TEST(ObjectFusion, FramesOfWaitingTracksCountAgainstTheBound) {
   }
   EXPECT_LE(most, 1000000U + 1000000U / kViews);
   EXPECT_GT(most, 100000U);
-  fusion.take(true);
+  fusion.collect(true);
 }
 
 TEST(ObjectFusion, ResetForgetsFramesAndTracks) {

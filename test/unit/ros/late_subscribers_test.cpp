@@ -33,7 +33,7 @@ class SlowSubscriber : public ros::SubscriberLink {
     ++num_taken_;
     return true;
   }
-  std::size_t numTaken() const { return num_taken_; }
+  std::size_t numCollected() const { return num_taken_; }
   std::size_t maxBytes() const { return max_bytes_; }
 
  private:
@@ -56,7 +56,7 @@ TEST(PartSender, NeverHasMoreUnderWayThanItsLimitHoweverSlowTheSubscriberIs) {
   const ros::SingleSubscriberPublisher subscriber(link);
   const std::atomic<bool> is_stopped{false};
   std::thread taker([&] {
-    while (link->numTaken() < kParts) {
+    while (link->numCollected() < kParts) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
       link->takeOne();
     }
@@ -100,20 +100,20 @@ TEST(PartSender, TheEndOfTheProgramEndsWaiting) {
 
 TEST(ByteBudget, WhatDoesNotFitBesideWhatWaitsIsRefused) {
   ByteBudget budget(100);
-  const auto first = budget.take(60);
-  auto second = budget.take(40);
+  const auto first = budget.reserve(60);
+  auto second = budget.reserve(40);
   EXPECT_NE(second, nullptr);
-  EXPECT_EQ(budget.take(1), nullptr);
+  EXPECT_EQ(budget.reserve(1), nullptr);
   EXPECT_EQ(budget.usedBytes(), 100U);
   second.reset();
-  EXPECT_NE(budget.take(40), nullptr);
+  EXPECT_NE(budget.reserve(40), nullptr);
 }
 
 TEST(ByteBudget, OneItemAloneAlwaysFits) {
   ByteBudget budget(100);
-  auto large = budget.take(1000);
+  auto large = budget.reserve(1000);
   EXPECT_NE(large, nullptr);
-  EXPECT_EQ(budget.take(1), nullptr);
+  EXPECT_EQ(budget.reserve(1), nullptr);
   large.reset();
   EXPECT_EQ(budget.usedBytes(), 0U);
 }
