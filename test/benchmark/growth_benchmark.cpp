@@ -95,7 +95,7 @@ Pose computePose(double x_m) {
 class Walker {
  public:
   /// A frame and what a segmenter would say of it.
-  std::pair<RgbdFramePtr, SegmentationPtr> look(double x_m, double seconds) {
+  std::pair<RgbdFramePtr, SegmentationPtr> observe(double x_m, double seconds) {
     const Scene scene = makeScene(x_m);
     auto rendering = test::render(scene.solids, kCamera, computePose(x_m));
     auto frame = std::make_shared<RgbdFrame>(std::move(rendering.frame));
@@ -149,7 +149,7 @@ double readCpuMs() {
 /// Wall time that each stage took since the row before, per frame.
 class StageDurations {
  public:
-  std::map<std::string, double> take(const StageTimes& times, int frames) {
+  std::map<std::string, double> computeSinceLastRow(const StageTimes& times, int frames) {
     std::map<std::string, double> per_frame_ms;
     for (const auto& [name, summary] : times.summarize()) {
       const double total_ms = summary.mean_ms * static_cast<double>(summary.count);
@@ -184,18 +184,18 @@ void walk(const Options& options) {
   double next_row_m = options.row_m;
   const double step_m = options.speed_mps / options.rate_hz;
   for (double x_m = 0.0; x_m <= options.metres; x_m += step_m) {
-    const auto [frame, segmentation] = walker.look(x_m, x_m / options.speed_mps);
+    const auto [frame, segmentation] = walker.observe(x_m, x_m / options.speed_mps);
     const double start_ms = readCpuMs();
     chain.process(frame, segmentation);
     cpu_ms += readCpuMs() - start_ms;
     ++frames;
     if (x_m + step_m < next_row_m) continue;
-    auto stages = durations.take(chain.times(), frames);
+    auto stages = durations.computeSinceLastRow(chain.times(), frames);
     std::cout << next_row_m << ',' << cpu_ms / frames << ',' << stages["background"] << ','
               << stages["tracking"] << ',' << stages["objects"] << ',' << stages["places"] << ','
               << stages["scene_graph"] << ',' << readResidentMegabytes() << ','
-              << chain.places().graph().places.size() << ',' << chain.sceneGraph().primitiveCounters().clustered
-              << std::endl;
+              << chain.places().graph().places.size() << ','
+              << chain.sceneGraph().primitiveCounters().clustered << std::endl;
     next_row_m += options.row_m;
     cpu_ms = 0.0;
     frames = 0;
