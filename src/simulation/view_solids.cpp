@@ -43,12 +43,13 @@ ViewSolids::ViewSolids(const std::vector<Solid>& solids, const CameraModel& came
                        const Pose& T_world_camera) {
   const Pose T_camera_world = T_world_camera.inverse();
   seen_.reserve(solids.size());
-  for (const Solid& solid : solids) seen_.push_back(computeSeenSolid(solid, camera, T_camera_world));
+  for (const Solid& solid : solids)
+    seen_.push_back(computeSeenSolid(solid, camera, T_camera_world));
   fillTiles(camera);
 }
 
 ViewSolids::SeenSolid ViewSolids::computeSeenSolid(const Solid& solid, const CameraModel& camera,
-                                         const Pose& T_camera_world) const {
+                                                   const Pose& T_camera_world) const {
   const Pose T_camera_solid = T_camera_world * solid.T_world_solid;
   Corners corners;
   SeenSolid seen;

@@ -44,7 +44,8 @@ class ViewSolids {
     cv::Rect pixels;         // outside of it the solid is not seen
   };
 
-  SeenSolid computeSeenSolid(const Solid& solid, const CameraModel& camera, const Pose& T_camera_world) const;
+  SeenSolid computeSeenSolid(const Solid& solid, const CameraModel& camera,
+                             const Pose& T_camera_world) const;
   void fillTiles(const CameraModel& camera);
 
   int tile_columns_ = 0;

@@ -224,7 +224,12 @@ void clusterFile(benchmark::State& state) {
   }
   state.counters["file_MB"] = static_cast<double>(std::filesystem::file_size(path)) / 1e6;
 }
-BENCHMARK(clusterFile)->Arg(2000)->Arg(20000)->Arg(100000)->Iterations(1)->Unit(benchmark::kMillisecond);
+BENCHMARK(clusterFile)
+    ->Arg(2000)
+    ->Arg(20000)
+    ->Arg(100000)
+    ->Iterations(1)
+    ->Unit(benchmark::kMillisecond);
 
 void readAndWriteAsTree(benchmark::State& state) {
   const std::string path = theFile().path(static_cast<int>(state.range(0)));

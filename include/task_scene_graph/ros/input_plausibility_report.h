@@ -10,8 +10,8 @@
 
 namespace tsg::ros_interface {
 
-/// The plausibility report on what a FrameAssembler has put together, for live topics and bags alike.
-/// Thread-safe.
+/// The plausibility report on what a FrameAssembler has put together, for live topics and bags
+/// alike. Thread-safe.
 class InputPlausibilityReport {
  public:
   InputPlausibilityReport(const plausibility::PlausibilityConfig& config, double sync_tolerance_s)

@@ -86,8 +86,8 @@ double computeLongestLifetime(const std::vector<FiltrationStep>& window);
 /// of places and edges with clearances above the chosen dilation; the other places go to the
 /// neighbouring seed with the widest edge, one by one, widest first (equal: smaller place id).
 /// Ties and the order of rooms do not depend on the order of edges. O((V + E) log E).
-/// deviation: Hydra orders rooms by when their places were last updated. Its other ways to choose the
-/// dilation and to spread the rest, which none of its configurations uses, are left out.
+/// deviation: Hydra orders rooms by when their places were last updated. Its other ways to choose
+/// the dilation and to spread the rest, which none of its configurations uses, are left out.
 std::vector<std::vector<PlaceId>> computeGeometricRooms(const PlaceGraph& graph,
                                                         const GeometricRoomsConfig& config);
 

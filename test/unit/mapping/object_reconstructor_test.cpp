@@ -295,8 +295,7 @@ TEST(ObjectReconstructor, MaskThatNoSampledPixelMeetsIsKeptWhole) {
   seen.track.id = {5};
   seen.track.embedding = Embedding::Ones(4);
   auto segmentation = std::make_shared<Segmentation>();
-  segmentation->labels = cv::Mat::zeros(kCamera.height_px, kCamera.width_px,
-                                        CV_16UC1);
+  segmentation->labels = cv::Mat::zeros(kCamera.height_px, kCamera.width_px, CV_16UC1);
   // The box of the mask begins at column 0: sampled are columns 0, 4, ..., and only row 1 has 0.
   for (int v = 1; v < segmentation->labels.rows; v += 4) {
     for (int u = 1; u < segmentation->labels.cols; u += 4) {
