@@ -117,7 +117,7 @@ class SceneGraphClient {
                              const std::string& topic = "/move_base_simple/goal") {
     msg::PlanPathResponse response = pathTo(goal);
     if (response.path.poses.empty()) throw SceneGraphError("go_to: the robot is there already");
-    sendGoal(response.path.poses.back(), topic);
+    sendGoal(response.path.poses.back().pose, response.path.header.frame_id, topic);
     return response;
   }
 
@@ -214,7 +214,8 @@ class SceneGraphClient {
   /// The namespace that the chain's stages are in: "" for a stage at the root.
   std::string chainNamespace() const { return stage_.substr(0, stage_.rfind('/')); }
 
-  void sendGoal(const geometry_msgs::PoseStamped& pose, const std::string& topic) {
+  void sendGoal(const geometry_msgs::Pose& pose, const std::string& frame,
+                const std::string& topic) {
     if (goals_.getTopic() != topic) {
       goals_ = handle_.advertise<geometry_msgs::PoseStamped>(topic, 1);
     }
@@ -226,7 +227,9 @@ class SceneGraphClient {
       }
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
-    geometry_msgs::PoseStamped goal = pose;
+    geometry_msgs::PoseStamped goal;
+    goal.pose = pose;
+    goal.header.frame_id = frame;
     goal.header.stamp = ros::Time::now();
     goals_.publish(goal);
     goal_sent_ = std::chrono::steady_clock::now();
