@@ -37,8 +37,8 @@ PlaceExtractor::PlaceExtractor(const PlacesConfig& config)
              config.view_weighting) {}
 
 PlaceExtractor::~PlaceExtractor() = default;
-PlaceExtractor::PlaceExtractor(PlaceExtractor&&) noexcept = default;
-PlaceExtractor& PlaceExtractor::operator=(PlaceExtractor&&) noexcept = default;
+PlaceExtractor::PlaceExtractor(PlaceExtractor&&) = default;
+PlaceExtractor& PlaceExtractor::operator=(PlaceExtractor&&) = default;
 
 void PlaceExtractor::addPose(const CameraPose& pose) { layers_->addPose(pose); }
 

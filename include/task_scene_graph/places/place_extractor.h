@@ -53,8 +53,8 @@ class PlaceExtractor {
   /// @throws config::ConfigError naming every field out of range.
   explicit PlaceExtractor(const PlacesConfig& config);
   ~PlaceExtractor();
-  PlaceExtractor(PlaceExtractor&&) noexcept;
-  PlaceExtractor& operator=(PlaceExtractor&&) noexcept;
+  PlaceExtractor(PlaceExtractor&&);
+  PlaceExtractor& operator=(PlaceExtractor&&);
 
   /// Takes in the changed blocks of a carved volume (distance > 0 = free, weight 0 = unknown; a
   /// block that is no longer there is remembered as it was) and brings the graph up to date. A
