@@ -7,6 +7,8 @@
 #include <map>
 #include <stdexcept>
 
+#include "bag_records.h"
+
 namespace tsg::ros_interface {
 namespace {
 
@@ -54,12 +56,14 @@ void checkFile(const std::string& path) {
 std::unique_ptr<rosbag::Bag> open(const std::string& path) {
   checkFile(path);
   try {
-    return std::make_unique<rosbag::Bag>(path, rosbag::bagmode::Read);
+    auto bag = std::make_unique<rosbag::Bag>(path, rosbag::bagmode::Read);
+    checkBagRecords(path);
+    return bag;
   } catch (const rosbag::BagUnindexedException&) {
     fail(path, "it was not closed (the recorder was killed); run 'rosbag reindex " + path + "'");
   } catch (const std::exception& e) {
     fail(path, "it is cut short or damaged; run 'rosbag reindex " + path +
-                   "' (rosbag says: " + e.what() + ")");
+                   "' (" + e.what() + ")");
   }
 }
 
