@@ -86,7 +86,7 @@ void BagSet::forEach(const std::vector<std::string>& topics, const OnMessage& on
   rosbag::View view;
   addTo(view, topics);
   for (const rosbag::MessageInstance& message : view) {
-    if (!on_message(message)) return;
+    if (!on_message(BagMessage(message))) return;
   }
 }
 

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "bag_message.h"
+
 namespace tsg::ros_interface {
 
 /// Bags that are read as one, in order of recording time.
@@ -19,7 +21,7 @@ class BagSet {
   /// closed, cut short, empty) and what to do.
   explicit BagSet(const std::vector<std::string>& paths);
 
-  using OnMessage = std::function<bool(const rosbag::MessageInstance&)>;
+  using OnMessage = std::function<bool(const BagMessage&)>;
   /// Calls `on_message` for each message of the topics until it returns false.
   void forEach(const std::vector<std::string>& topics, const OnMessage& on_message);
   std::size_t count(const std::string& topic);

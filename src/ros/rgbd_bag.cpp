@@ -85,7 +85,7 @@ class RgbdBag::Implementation {
     if (has_segmentation_) topics.push_back(config_.segmentation_topic);
     std::size_t num_read = 0;
     bool goes_on = true;
-    bags_.forEach(topics, [&](const rosbag::MessageInstance& message) {
+    bags_.forEach(topics, [&](const BagMessage& message) {
       read(message, [&] { assemble(message); });
       if (message.getTopic() == topics_.color) on_progress(++num_read);
       goes_on = release(false, on_frame);
@@ -138,7 +138,7 @@ class RgbdBag::Implementation {
   void readTransforms() {
     const auto topics = findTransforms();
     if (topics.empty()) return;
-    bags_.forEach(topics, [this](const rosbag::MessageInstance& message) {
+    bags_.forEach(topics, [this](const BagMessage& message) {
       read(message, [&] {
         const auto transforms = message.instantiate<tf2_msgs::TFMessage>();
         if (!transforms) return;
@@ -161,7 +161,7 @@ class RgbdBag::Implementation {
 
   void readPoses() {
     requireTopic(config_.pose_topic, "; --pose-topic names another");
-    bags_.forEach({config_.pose_topic}, [this](const rosbag::MessageInstance& message) {
+    bags_.forEach({config_.pose_topic}, [this](const BagMessage& message) {
       read(message, [&] { poses_.add(message); });
       return true;
     });
@@ -170,7 +170,7 @@ class RgbdBag::Implementation {
 
   /// One bad message is counted, the others are read.
   template <typename Action>
-  void read(const rosbag::MessageInstance& message, const Action& action) {
+  void read(const BagMessage& message, const Action& action) {
     try {
       action();
     } catch (const InputError& e) {
@@ -196,7 +196,7 @@ class RgbdBag::Implementation {
     assembler_ = std::make_unique<FrameAssembler>(config_, topics_, std::move(callbacks));
     if (!config_.intrinsics.isEmpty()) return;
     // The first camera_info holds for the images before it, too.
-    bags_.forEach({topics_.camera_info}, [this](const rosbag::MessageInstance& message) {
+    bags_.forEach({topics_.camera_info}, [this](const BagMessage& message) {
       sensor_msgs::CameraInfoConstPtr info;
       try {
         info = message.instantiate<sensor_msgs::CameraInfo>();
@@ -210,7 +210,7 @@ class RgbdBag::Implementation {
     });
   }
 
-  void assemble(const rosbag::MessageInstance& message) {
+  void assemble(const BagMessage& message) {
     const std::string& topic = message.getTopic();
     if (topic == topics_.color) {
       if (const auto image = toSource(message)) assembler_->addColor(*image);
@@ -226,7 +226,7 @@ class RgbdBag::Implementation {
     }
   }
 
-  static std::optional<SourceImage> toSource(const rosbag::MessageInstance& message) {
+  static std::optional<SourceImage> toSource(const BagMessage& message) {
     if (auto raw = message.instantiate<sensor_msgs::Image>()) return SourceImage(raw);
     if (auto compressed = message.instantiate<sensor_msgs::CompressedImage>()) {
       return SourceImage(compressed);

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 #include <rosbag/bag.h>
-#include <rosbag/view.h>
+#include <sensor_msgs/Image.h>
 #include <std_msgs/String.h>
 
 #include <cstdint>
@@ -11,7 +11,9 @@
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
+#include <vector>
 
+#include "ros/bag_message.h"
 #include "ros/bag_set.h"
 #include "support.h"
 
@@ -44,7 +46,7 @@ void writeAll(const std::string& path, const std::string& bytes) {
 
 int countReadable(const std::string& path) {
   int count = 0;
-  BagSet({path}).forEach({"/even", "/odd"}, [&](const rosbag::MessageInstance& message) {
+  BagSet({path}).forEach({"/even", "/odd"}, [&](const BagMessage& message) {
     const auto text = message.instantiate<std_msgs::String>();  // null: of another type
     if (text != nullptr && text->data.substr(0, 8) == "message ") ++count;
     return true;
@@ -89,6 +91,27 @@ TEST(DamagedBagRecords, AnIndexBeyondItsChunkIsNamed) {
               std::string::npos)
         << e.what();
   }
+}
+
+TEST(DamagedBagRecords, NoMemoryIsTakenForAListThatCannotBeThere) {
+  sensor_msgs::Image image;
+  image.data.assign(100, 7);
+  const std::uint32_t size = ros::serialization::serializationLength(image);
+  std::vector<std::uint8_t> bytes(size);
+  ros::serialization::OStream out(bytes.data(), size);
+  ros::serialization::serialize(out, image);
+  CheckedMessage<sensor_msgs::Image> read;
+  ros::serialization::IStream healthy(bytes.data(), size);
+  ros::serialization::deserialize(healthy, read);
+  EXPECT_EQ(read.message.data, image.data);
+
+  const std::uint32_t announced = 3'500'000'000;
+  std::memcpy(&bytes[size - 100 - sizeof(announced)], &announced, sizeof(announced));
+  CheckedMessage<sensor_msgs::Image> damaged;
+  ros::serialization::IStream stream(bytes.data(), size);
+  EXPECT_THROW(ros::serialization::deserialize(stream, damaged),
+               ros::serialization::StreamOverrunException);
+  EXPECT_LT(damaged.message.data.capacity(), 1000U);
 }
 
 TEST(DamagedBagRecords, EveryByteMayBeWrong) {
