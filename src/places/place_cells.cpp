@@ -3,16 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
 namespace tsg::places {
 namespace {
 
-bool isSame(const std::vector<PlaceSeed>& a, const std::vector<PlaceSeed>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [](const PlaceSeed& left, const PlaceSeed& right) {
-                      return left.cell == right.cell && left.level_m == right.level_m &&
-                             left.clearance_m == right.clearance_m;
-                    });
+bool isSame(const PlaceSeed& a, const PlaceSeed& b) {
+  return a.cell == b.cell && a.level_m == b.level_m && a.clearance_m == b.clearance_m;
 }
 
 /// Better: more clearance, then the order of cells.
@@ -55,6 +53,23 @@ int floorDivide(double value, double divisor) {
 
 }  // namespace
 
+std::ptrdiff_t PlaceCells::Cell::begin(int part) const {
+  return std::accumulate(counts_.begin(), counts_.begin() + part, std::ptrdiff_t{0});
+}
+
+bool PlaceCells::Cell::replace(int part, const std::vector<PlaceSeed>& places) {
+  const auto first = places_.begin() + begin(part);
+  const auto last = places_.begin() + begin(part + 1);
+  if (std::equal(first, last, places.begin(), places.end(), isSame)) return false;
+  std::vector<PlaceSeed> all(places_.begin(), first);
+  all.reserve(places_.size() + places.size() - static_cast<std::size_t>(last - first));
+  all.insert(all.end(), places.begin(), places.end());
+  all.insert(all.end(), last, places_.end());
+  places_ = std::move(all);
+  counts_[static_cast<std::size_t>(part)] = static_cast<std::uint16_t>(places.size());
+  return true;
+}
+
 double PlaceCells::spacing() const {
   const double spacing_m = std::min(config_.fill_distance_m, config_.cell_size_m);
   return spacing_m > 0.0 ? spacing_m : config_.cell_size_m;
@@ -70,7 +85,7 @@ GridIndex PlaceCells::computeCoarse(const Eigen::Vector3d& p_m) const {
 const std::vector<PlaceSeed>& PlaceCells::placesAt(const GridIndex& coarse) const {
   static const std::vector<PlaceSeed> kNone;
   const auto found = cells_.find(coarse);
-  return found == cells_.end() ? kNone : found->second.all;
+  return found == cells_.end() ? kNone : found->second.places();
 }
 
 /// Along one axis after the other.
@@ -122,39 +137,35 @@ CoarseSet PlaceCells::update(const SpaceMap& space, const TileSet& tiles) {
   const CoarseSet dirty = findCoarse(space, tiles);
   const CoarseSet around = widen(dirty, mergeRings());
   CoarseSet changed;
-  for (const GridIndex& at : dirty) cells_[at].offers = findOffers(space, at);
+  for (const GridIndex& at : dirty) {
+    auto offers = findOffers(space, at);
+    if (!offers.empty() || cells_.count(at) > 0) cells_[at].offers = std::move(offers);
+  }
   for (const GridIndex& at : around) {
-    auto kept = findKept(space, at);
-    if (kept.empty() && cells_.count(at) == 0) continue;
-    if (isSame(kept, cells_[at].kept)) continue;
-    cells_[at].kept = std::move(kept);
-    changed.insert(at);
+    if (replace(at, Cell::kKept, findKept(space, at))) changed.insert(at);
   }
   for (int step = 0; step < kNumSteps; ++step) {
     CoarseSet to_fill = widen(changed, 1);
     to_fill.insert(around.begin(), around.end());
     for (const GridIndex& at : to_fill) {
       if ((at.x() & 1) + 2 * (at.y() & 1) != step % 4) continue;
-      auto filled = fill(space, at, step);
-      auto& cell = cells_[at];
-      if (isSame(filled, cell.filled[static_cast<std::size_t>(step)])) continue;
-      cell.filled[static_cast<std::size_t>(step)] = std::move(filled);
-      changed.insert(at);
+      if (replace(at, 1 + step, fill(space, at, step))) changed.insert(at);
     }
   }
-  return collectAll(changed);
+  for (const CoarseSet* touched : {&around, &std::as_const(changed)}) {
+    for (const GridIndex& at : *touched) {
+      const auto cell = cells_.find(at);
+      if (cell != cells_.end() && cell->second.isEmpty()) cells_.erase(cell);
+    }
+  }
+  return changed;
 }
 
-CoarseSet PlaceCells::collectAll(const CoarseSet& dirty) {
-  for (const GridIndex& at : dirty) {
-    Cell& cell = cells_[at];
-    cell.all = cell.kept;
-    for (const auto& filled : cell.filled) {
-      cell.all.insert(cell.all.end(), filled.begin(), filled.end());
-    }
-    if (cell.all.empty() && cell.offers.empty()) cells_.erase(at);
-  }
-  return dirty;
+/// @returns whether the places of a part of a coarse cell are others than before.
+bool PlaceCells::replace(const GridIndex& at, int part, const std::vector<PlaceSeed>& places) {
+  const auto cell = cells_.find(at);
+  if (cell != cells_.end()) return cell->second.replace(part, places);
+  return !places.empty() && cells_[at].replace(part, places);
 }
 
 /// The free cells in a coarse cell.
@@ -287,11 +298,7 @@ std::vector<PlaceSeed> PlaceCells::fill(const SpaceMap& space, const GridIndex& 
   for (int i = 9 * (1 - rings_z); i < 9 * (2 + rings_z); ++i) {
     const auto found = cells_.find(coarse + GridIndex(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1));
     if (found == cells_.end()) continue;
-    near.insert(near.end(), found->second.kept.begin(), found->second.kept.end());
-    for (int earlier = 0; earlier < step; ++earlier) {
-      const auto& filled = found->second.filled[static_cast<std::size_t>(earlier)];
-      near.insert(near.end(), filled.begin(), filled.end());
-    }
+    found->second.forEachOf(1 + step, [&](const PlaceSeed& place) { near.push_back(place); });
   }
   std::vector<PlaceSeed> filled;
   for (const Candidate& candidate : findOpen(space, coarse, is_trace)) {

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <set>
@@ -95,11 +97,29 @@ class PlaceCells {
 
  private:
   static constexpr int kNumSteps = 8;  ///< four colours for open space, four for traces
-  struct Cell {
+  /// The places of a coarse cell, part by part: those kept of the offers, then those of each step.
+  class Cell {
+   public:
+    static constexpr int kKept = 0;
+    static constexpr int kNumParts = 1 + kNumSteps;
+
     std::vector<PlaceSeed> offers;
-    std::vector<PlaceSeed> kept;
-    std::array<std::vector<PlaceSeed>, kNumSteps> filled;
-    std::vector<PlaceSeed> all;
+
+    const std::vector<PlaceSeed>& places() const { return places_; }
+    bool isEmpty() const { return offers.empty() && places_.empty(); }
+    /// Calls `visit(seed)` for the places of the first `num_parts` parts.
+    template <typename Visit>
+    void forEachOf(int num_parts, Visit visit) const {
+      std::for_each(places_.begin(), places_.begin() + begin(num_parts), visit);
+    }
+    /// @returns whether they are others than before.
+    bool replace(int part, const std::vector<PlaceSeed>& places);
+
+   private:
+    std::ptrdiff_t begin(int part) const;
+
+    std::vector<PlaceSeed> places_;
+    std::array<std::uint16_t, kNumParts> counts_{};  ///< of `places_`, by part
   };
   struct Candidate {
     Column column;
@@ -117,7 +137,7 @@ class PlaceCells {
   std::vector<Candidate> findOpen(const SpaceMap& space, const GridIndex& coarse,
                                   bool is_trace) const;
   int mergeRings() const;
-  CoarseSet collectAll(const CoarseSet& dirty);
+  bool replace(const GridIndex& at, int part, const std::vector<PlaceSeed>& places);
 
   PlacesConfig config_;
   std::unordered_map<GridIndex, Cell, mapping::GridIndexHash> cells_;

@@ -118,8 +118,7 @@ std::vector<PlaceEdge> PlaceExtractor::collectEdges() const {
       const PlaceId other = id_of_key_.at(to);
       if (own < other) edges.push_back({own, other, clearance_m});
     };
-    for (const auto& link : node.links) add(link.to, static_cast<double>(link.clearance_m));
-    for (const auto& [to, walked] : node.walked) add(to, walked.second);
+    node.forEachEdge(add);
     std::sort(edges.begin() + first, edges.end(), isBefore);
     const auto isSame = [](const PlaceEdge& a, const PlaceEdge& b) { return a.b == b.b; };
     edges.erase(std::unique(edges.begin() + first, edges.end(), isSame), edges.end());

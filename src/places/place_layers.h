@@ -38,6 +38,7 @@ class PlaceLayers {
 
   const WayMap& way() const { return way_; }
   const SpaceMap& space() const { return space_; }
+  const PlaceCells& cells() const { return cells_; }
   const PlaceLinks& links() const { return links_; }
   const GroundPlan& plan() const { return plan_; }
 

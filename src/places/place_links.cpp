@@ -10,21 +10,37 @@ namespace {
 /// Two places along a trace are joined if a way over a third is at most so many times as long.
 constexpr double kMaxDetour = 1.25;
 
-bool sees(const std::vector<PlaceLinks::Link>& seen, const GridIndex& key,
-          const PlaceLinks::Link*& link) {
+/// How a place sees another; null if it does not.
+const PlaceLinks::Link* findLink(const PlaceLinks::Node& node, const GridIndex& key) {
+  const GridIndex offset = key - node.seed.cell;
   const auto found = std::lower_bound(
-      seen.begin(), seen.end(), key,
-      [](const PlaceLinks::Link& a, const GridIndex& b) { return CellOrder{}(a.to, b); });
-  if (found == seen.end() || found->to != key) return false;
-  link = &*found;
-  return true;
+      node.seen.begin(), node.seen.end(), offset,
+      [](const PlaceLinks::Link& a, const GridIndex& b) { return CellOrder{}(a.toVector(), b); });
+  return found != node.seen.end() && found->toVector() == offset ? &*found : nullptr;
+}
+
+PlaceLinks::Link makeLink(const GridIndex& offset, float clearance_m) {
+  PlaceLinks::Link link;
+  for (int axis = 0; axis < 3; ++axis) {
+    link.offset[static_cast<std::size_t>(axis)] = static_cast<std::int16_t>(offset[axis]);
+  }
+  link.clearance_m = clearance_m;
+  return link;
+}
+
+/// The edge to a place in a list that ascends by key, or where it belongs.
+std::vector<PlaceLinks::Walked>::iterator findWalked(std::vector<PlaceLinks::Walked>& walked,
+                                                     const GridIndex& to) {
+  return std::lower_bound(
+      walked.begin(), walked.end(), to,
+      [](const PlaceLinks::Walked& a, const GridIndex& b) { return CellOrder{}(a.to, b); });
 }
 
 /// Whether two lists have the same places, whatever the clearance towards them.
 bool seesTheSame(const std::vector<PlaceLinks::Link>& a, const std::vector<PlaceLinks::Link>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(),
                     [](const PlaceLinks::Link& left, const PlaceLinks::Link& right) {
-                      return left.to == right.to;
+                      return left.offset == right.offset;
                     });
 }
 
@@ -231,8 +247,8 @@ void PlaceLinks::removeWalks(const TileSet& tiles, CellSet& touched) {
 
 void PlaceLinks::releaseLink(const GridIndex& from, const GridIndex& to) {
   auto& walked = nodes_.at(from).walked;
-  const auto link = walked.find(to);
-  if (--link->second.first == 0) walked.erase(link);
+  const auto edge = findWalked(walked, to);
+  if (--edge->num_tiles == 0) walked.erase(edge);
 }
 
 void PlaceLinks::eraseUnused(const GridIndex& key) {
@@ -260,7 +276,6 @@ void PlaceLinks::replaceNodes(const PlaceCells& cells, const CoarseSet& changed,
       Node& node = nodes_.at(key);
       if (node.is_place) continue;
       node.seen.clear();
-      node.links.clear();
       eraseUnused(key);
     }
     if (keys.empty()) keys_of_coarse_.erase(coarse);
@@ -278,15 +293,13 @@ CellSet PlaceLinks::updateSeen(const SpaceMap& space, const PlaceCells& cells,
       Node& node = nodes_.at(seed.cell);
       std::vector<Link> seen = computeSeen(space, cells, area, node);
       node.seen_at = num_updates_;
-      if (!seesTheSame(node.seen, seen)) {
+      if (!seesTheSame(node.seen, seen)) {  // its edges are chosen anew
         others.insert(seed.cell);
-        for (const Link& link : node.seen) others.insert(link.to);
+        for (const Link& link : node.seen) others.insert(node.keyOf(link));
+      } else {
+        for (std::size_t i = 0; i < seen.size(); ++i) seen[i].is_edge = node.seen[i].is_edge;
       }
       node.seen = std::move(seen);
-      for (Link& link : node.links) {  // an edge to what is seen no longer is chosen anew
-        const Link* now = nullptr;
-        if (sees(node.seen, link.to, now)) link.clearance_m = now->clearance_m;
-      }
     }
   }
   return others;
@@ -302,29 +315,26 @@ std::vector<PlaceLinks::Link> PlaceLinks::computeSeen(const SpaceMap& space,
   const GridIndex own = cells.computeCoarse(node.seed.position_m);
   std::vector<Link> seen;
   for (const Link& link : node.seen) {
-    const Eigen::Vector3d p_m = (link.to.cast<double>().array() + 0.5) * space.voxelSize();
+    const Eigen::Vector3d p_m = (node.keyOf(link).cast<double>().array() + 0.5) * space.voxelSize();
     if (!area.meets(own, cells.computeCoarse(p_m))) seen.push_back(link);
   }
   const auto isWanted = [&](const GridIndex& coarse) { return area.meets(own, coarse); };
   cells.forEachNear(
       node.seed.position_m, config_.max_edge_m, isWanted, [&](const PlaceSeed& other) {
         if (other.cell == key) return;
-        const Link* link = nullptr;
+        const GridIndex offset = other.cell - key;
         const Node& there = nodes_.at(other.cell);
         if (there.seen_at == num_updates_) {
-          if (sees(there.seen, key, link)) {
-            seen.push_back({other.cell, link->length_m, link->clearance_m});
-          }
+          const Link* link = findLink(there, key);
+          if (link != nullptr) seen.push_back(makeLink(offset, link->clearance_m));
           return;
         }
         const FreeLine line = followBetween(space, node.seed, other, config_.min_edge_clearance_m);
         if (!line.is_free) return;
-        const double length_m = (other.position_m - node.seed.position_m).norm();
-        seen.push_back(
-            {other.cell, static_cast<float>(length_m), static_cast<float>(line.clearance_m)});
+        seen.push_back(makeLink(offset, static_cast<float>(line.clearance_m)));
       });
   std::sort(seen.begin(), seen.end(),
-            [](const Link& a, const Link& b) { return CellOrder{}(a.to, b.to); });
+            [](const Link& a, const Link& b) { return CellOrder{}(a.toVector(), b.toVector()); });
   seen.shrink_to_fit();
   return seen;
 }
@@ -337,30 +347,26 @@ CellSet PlaceLinks::updateLinks(const CellSet& others) {
     const auto node = nodes_.find(key);
     if (node == nodes_.end()) continue;
     chosen.insert(key);
-    for (const Link& link : node->second.seen) chosen.insert(link.to);
+    for (const Link& link : node->second.seen) chosen.insert(node->second.keyOf(link));
   }
   for (const GridIndex& key : chosen) {
     Node& node = nodes_.at(key);
-    node.links.clear();
-    for (const Link& link : node.seen) {
-      if (!hasDetour(node, link)) node.links.push_back(link);
-    }
+    for (Link& link : node.seen) link.is_edge = !hasDetour(node, link);
   }
   return chosen;
 }
 
 bool PlaceLinks::hasDetour(const Node& a, const Link& link) const {
-  const std::vector<Link>& from_b = nodes_.at(link.to).seen;
-  const auto longest_m = static_cast<float>(config_.edge_stretch) * link.length_m;
-  const float cell_m = link.length_m / (link.to - a.seed.cell).cast<float>().norm();
+  const Node& b = nodes_.at(a.keyOf(link));
+  const GridIndex whole = link.toVector();
+  const int squared = whole.squaredNorm();  // of lengths in voxels
+  const double longest = config_.edge_stretch * link.length();
   return std::any_of(a.seen.begin(), a.seen.end(), [&](const Link& first) {
-    if (first.length_m >= link.length_m || first.length_m > longest_m) return false;
-    // by the distance, before the third place is looked for
-    const float rest_m = cell_m * (link.to - first.to).cast<float>().norm();
-    if (first.length_m + rest_m > 1.001F * longest_m) return false;
-    const Link* second = nullptr;
-    return sees(from_b, first.to, second) && second->length_m < link.length_m &&
-           first.length_m + second->length_m <= longest_m;
+    const int first_squared = first.toVector().squaredNorm();
+    const int second_squared = (whole - first.toVector()).squaredNorm();
+    return first_squared < squared && second_squared < squared &&
+           std::sqrt(first_squared) + std::sqrt(second_squared) <= longest &&
+           findLink(b, a.keyOf(first)) != nullptr;
   });
 }
 
@@ -393,7 +399,7 @@ PlaceLinks::Walk PlaceLinks::computeWalk(const SpaceMap& space, const PlaceCells
     const PlaceSeed from = cells.makeSeed(space, column, cell);
     const Node* a = anchors.find(cell, from);
     if (a == nullptr) continue;
-    if (cell.is_axis) walk.anchors.insert(a->seed.cell);
+    if (cell.is_axis) walk.anchors.push_back(a->seed.cell);
     forEachNext(space, column, cell, [&](const Column& beside, const SpaceCell& next) {
       const bool is_way = cell.is_axis && next.is_axis;
       if (!is_way && !(cell.is_voronoi && next.is_voronoi)) return;
@@ -403,20 +409,23 @@ PlaceLinks::Walk PlaceLinks::computeWalk(const SpaceMap& space, const PlaceCells
       const double length_m = (from.position_m - a->seed.position_m).norm() +
                               (to.position_m - from.position_m).norm() +
                               (b->seed.position_m - to.position_m).norm();
-      if (isJoined(*a, *b, length_m)) return;
+      if (isJoined(*a, *b, length_m / space.voxelSize())) return;
       join(space, from, to, *a, *b, is_way ? 0.0 : config_.min_edge_clearance_m, walk);
     });
   }
+  std::sort(walk.anchors.begin(), walk.anchors.end(), CellOrder{});
+  walk.anchors.erase(std::unique(walk.anchors.begin(), walk.anchors.end()), walk.anchors.end());
+  walk.anchors.shrink_to_fit();
   return walk;
 }
 
-/// True if one sees the other, or both a third that is not far off the way of `length_m` between.
-bool PlaceLinks::isJoined(const Node& a, const Node& b, double length_m) const {
-  const Link* link = nullptr;
-  if (sees(a.seen, b.seed.cell, link)) return true;
+/// True if one sees the other, or both a third that is not far off the way of `length` voxels
+/// between.
+bool PlaceLinks::isJoined(const Node& a, const Node& b, double length) const {
+  if (findLink(a, b.seed.cell) != nullptr) return true;
   return std::any_of(a.seen.begin(), a.seen.end(), [&](const Link& first) {
-    return sees(b.seen, first.to, link) &&
-           static_cast<double>(first.length_m + link->length_m) <= kMaxDetour * length_m;
+    const Link* second = findLink(b, a.keyOf(first));
+    return second != nullptr && first.length() + second->length() <= kMaxDetour * length;
   });
 }
 
@@ -453,9 +462,11 @@ void PlaceLinks::addWalk(const TileIndex& index, Walk walk, CellSet& touched) {
   }
   for (const WalkLink& link : walk.links) {
     for (const auto& [from, to] : {std::pair{link.a, link.b}, {link.b, link.a}}) {
-      auto& walked = nodes_.at(from).walked[to];
-      ++walked.first;
-      walked.second = link.clearance_m;
+      auto& walked = nodes_.at(from).walked;
+      auto edge = findWalked(walked, to);
+      if (edge == walked.end() || edge->to != to) edge = walked.insert(edge, Walked{to, 0, 0.0});
+      ++edge->num_tiles;
+      edge->clearance_m = link.clearance_m;
       touched.insert(from);
     }
   }
@@ -464,12 +475,6 @@ void PlaceLinks::addWalk(const TileIndex& index, Walk walk, CellSet& touched) {
     touched.insert(key);
   }
   walks_[index] = std::move(walk);
-}
-
-template <typename Visit>
-void PlaceLinks::forEachLinked(const Node& node, Visit visit) const {
-  for (const Link& link : node.links) visit(link.to);
-  for (const auto& [key, walked] : node.walked) visit(key);
 }
 
 /// Parts are followed until they are large enough; of those that are, places that did not count
@@ -488,7 +493,7 @@ void PlaceLinks::updateKept(const PlaceCells& cells, CellSet& touched) {
       coarse.insert(cells.computeCoarse(node.seed.position_m));
       is_kept = is_kept || node.num_anchored > 0 ||
                 static_cast<int>(coarse.size()) >= config_.min_component_size;
-      forEachLinked(node, [&](const GridIndex& next) {
+      node.forEachEdge([&](const GridIndex& next, double) {
         const bool is_told = is_kept && nodes_.at(next).is_kept && seeds.count(next) == 0;
         if (!is_told && is_seen.insert(next).second) part.push_back(next);
       });

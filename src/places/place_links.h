@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdint>
-#include <map>
 #include <unordered_map>
 #include <vector>
 
@@ -29,21 +31,41 @@ namespace tsg::places {
 /// was there. All rules are local, so the result of updates is that of a computation from scratch.
 class PlaceLinks {
  public:
+  /// Another place as one sees it. Most of the graph's memory: places lie in the middle of voxels,
+  /// so the offset gives the length as well, and as max_edge_m is at most 10 m it fits 16 bits.
   struct Link {
-    GridIndex to;  ///< key of the other place
-    float length_m = 0.0F;
+    std::array<std::int16_t, 3> offset{};  ///< voxels, from the one place's key to the other's
+    bool is_edge = false;
     float clearance_m = 0.0F;
+
+    GridIndex toVector() const { return {offset[0], offset[1], offset[2]}; }
+    double length() const { return std::sqrt(toVector().squaredNorm()); }  ///< in voxels
+  };
+  /// An edge along the way of the body or the diagram, between places that do not see each other.
+  struct Walked {
+    GridIndex to;  ///< key of the other place
+    int num_tiles = 0;
+    double clearance_m = 0.0;
   };
   struct Node {
-    PlaceSeed seed;
-    bool is_place = false;      ///< of PlaceCells; else only a corner
-    int num_corners = 0;        ///< tiles in which the way bends here
-    bool is_kept = false;       ///< belongs to a part that is large enough, or was walked
-    int num_anchored = 0;       ///< tiles with a cell of the way that belongs to it
-    std::uint64_t seen_at = 0;  ///< the update that computed `seen`
-    std::vector<Link> seen;     ///< places that it sees, ascending by key
-    std::vector<Link> links;    ///< of these, those with an edge
-    std::map<GridIndex, std::pair<int, double>, CellOrder> walked;  ///< tiles, clearance
+    PlaceSeed seed;              ///< its cell is the node's key
+    bool is_place = false;       ///< of PlaceCells; else only a corner
+    bool is_kept = false;        ///< belongs to a part that is large enough, or was walked
+    int num_corners = 0;         ///< tiles in which the way bends here
+    int num_anchored = 0;        ///< tiles with a cell of the way that belongs to it
+    std::uint64_t seen_at = 0;   ///< the update that computed `seen`
+    std::vector<Link> seen;      ///< places that it sees, ascending by key
+    std::vector<Walked> walked;  ///< ascending by key
+
+    GridIndex keyOf(const Link& link) const { return seed.cell + link.toVector(); }
+    /// Calls `visit(key, clearance_m)` for the places at its edges.
+    template <typename Visit>
+    void forEachEdge(Visit visit) const {
+      for (const Link& link : seen) {
+        if (link.is_edge) visit(keyOf(link), static_cast<double>(link.clearance_m));
+      }
+      for (const Walked& edge : walked) visit(edge.to, edge.clearance_m);
+    }
   };
   using Nodes = std::unordered_map<GridIndex, Node, mapping::GridIndexHash>;
 
@@ -71,7 +93,7 @@ class PlaceLinks {
   struct Walk {
     std::vector<WalkLink> links;
     std::vector<PlaceSeed> corners;
-    CellSet anchors;
+    std::vector<GridIndex> anchors;  ///< each once
   };
 
   class Anchors;
@@ -91,15 +113,13 @@ class PlaceLinks {
                    Anchors& anchors) const;
   const Node* findAnchor(const SpaceMap& space, const PlaceCells& cells, const SpaceCell& cell,
                          const PlaceSeed& at) const;
-  bool isJoined(const Node& a, const Node& b, double length_m) const;
+  bool isJoined(const Node& a, const Node& b, double length) const;
   void join(const SpaceMap& space, const PlaceSeed& from, const PlaceSeed& to, const Node& a,
             const Node& b, double min_clearance_m, Walk& walk) const;
   void releaseLink(const GridIndex& from, const GridIndex& to);
   void eraseUnused(const GridIndex& key);
   void addWalk(const TileIndex& index, Walk walk, CellSet& touched);
   void updateKept(const PlaceCells& cells, CellSet& touched);
-  template <typename Visit>
-  void forEachLinked(const Node& node, Visit visit) const;
 
   PlacesConfig config_;
   std::uint64_t num_updates_ = 0;

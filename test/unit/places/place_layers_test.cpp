@@ -83,9 +83,8 @@ std::map<std::vector<int>, std::vector<double>> describeGraph(const PlaceLinks& 
       return std::vector<int>{own.x(), own.y(), own.z(), to.x(), to.y(), to.z()};
     };
     graph[name(key)].push_back(static_cast<double>(node.seed.clearance_m));
-    for (const auto& link : node.links)
-      graph[name(link.to)].push_back(static_cast<double>(link.clearance_m));
-    for (const auto& [to, walked] : node.walked) graph[name(to)].push_back(-walked.second);
+    node.forEachEdge(
+        [&](const GridIndex& to, double clearance_m) { graph[name(to)].push_back(clearance_m); });
   }
   return graph;
 }
