@@ -117,6 +117,24 @@ SparseMasses IncrementalClustering::relevance(NodeKey key) {
   return state_->graph_[slot].relevance;
 }
 
+std::pair<SparseMasses, std::size_t> IncrementalClustering::sumRelevance(
+    const std::vector<NodeKey>& keys) {
+  state_->apply();
+  std::vector<double> dense(static_cast<std::size_t>(state_->scorer_.numTasks()) + 1, 0.0);
+  std::size_t count = 0;
+  for (const NodeKey key : keys) {
+    if (!state_->graph_.contains(key)) continue;
+    const Slot slot = state_->graph_.find(key);
+    for (const TaskMass& mass : state_->graph_[slot].relevance) dense[mass.task] += mass.mass;
+    ++count;
+  }
+  SparseMasses sum;
+  for (std::uint32_t y = 0; y < dense.size(); ++y) {
+    if (dense[y] > 0.0) sum.push_back({y, dense[y]});
+  }
+  return {sum, count};
+}
+
 double IncrementalClustering::information() {
   state_->apply();
   return size() == 0 ? 0.0 : state_->totalBits() / static_cast<double>(size());

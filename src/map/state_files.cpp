@@ -165,7 +165,7 @@ void put(BinaryWriter& out, const Place& place) {
   out.putMatrix(place.position_m);
   out.put(place.clearance_m);
   out.put(place.num_views);
-  out.putMatrix(place.embedding);
+  out.putMatrix(*place.embedding);
 }
 
 Place getPlace(BinaryReader& in) {
@@ -174,9 +174,11 @@ Place getPlace(BinaryReader& in) {
   in.getMatrix(place.position_m);
   place.clearance_m = in.get<double>();
   place.num_views = in.get<std::uint32_t>();
-  in.getMatrix(place.embedding);
-  require(place.position_m.allFinite() && place.embedding.allFinite(),
+  Embedding embedding;
+  in.getMatrix(embedding);
+  require(place.position_m.allFinite() && embedding.allFinite(),
           "place " + std::to_string(place.id.value) + " is not finite");
+  place.embedding = std::move(embedding);
   return place;
 }
 

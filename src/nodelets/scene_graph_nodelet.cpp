@@ -321,7 +321,8 @@ void SceneGraphNodelet::onPlaces(const msg::PlaceGraphConstPtr& message) {
   ++num_place_messages_;
   report().countInput();
   worker_->pushOrder([this, message](scene_graph::SceneGraphBuilder& builder) {
-    builder.setPlaces(ros_interface::fromMessage(*message, places_subscriber_.getTopic()));
+    builder.setPlaces(
+        ros_interface::fromMessage(*message, places_subscriber_.getTopic(), *builder.places()));
   });
   places_.note(message->sequence);
 }

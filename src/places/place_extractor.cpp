@@ -30,6 +30,16 @@ bool isBefore(const PlaceEdge& left, const PlaceEdge& right) {
 
 }  // namespace
 
+void PlaceExtractor::PlaceState::setViews(ViewSum sum) {
+  views_ = std::move(sum);
+  place.embedding = views_.computeMean();
+  place.num_views = views_.count;
+}
+
+void PlaceExtractor::PlaceState::addView(const ViewDatabase& database, const View& view) {
+  if (database.addTo(views_, view, place.position_m)) setViews(std::move(views_));
+}
+
 PlaceExtractor::PlaceExtractor(const PlacesConfig& config)
     : config_((config::validate(config, "places"), config)),
       layers_(std::make_unique<PlaceLayers>(config)),
@@ -102,7 +112,7 @@ void PlaceExtractor::addPlaces(const Changes& changes) {
       state.place.id = PlaceId{next_id_++};
       ++counters_.places_created;
     }
-    state.views = views_.collect(state.place.position_m);
+    state.setViews(views_.collect(state.place.position_m));
     id_of_key_[state.key] = state.place.id;
     places_[state.place.id] = std::move(state);
   }
@@ -135,9 +145,7 @@ void PlaceExtractor::addView(const RgbdFrame& frame, const Embedding& image_embe
   }
   embedding_size_ = image_embedding.size();
   const View& view = views_.add(makeView(frame, image_embedding));
-  for (auto& [id, state] : places_) {
-    views_.addTo(state.views, view, state.place.position_m);
-  }
+  for (auto& [id, state] : places_) state.addView(views_, view);
   ++counters_.views;
   counters_.forgotten_views = views_.numForgotten();
 }
@@ -147,11 +155,7 @@ PlaceGraph PlaceExtractor::graph() const {
   graph.stamp = stamp_;
   graph.edges = collectEdges();
   graph.places.reserve(places_.size());
-  for (const auto& [id, state] : places_) {
-    graph.places.push_back(state.place);
-    graph.places.back().embedding = state.views.computeMean();
-    graph.places.back().num_views = state.views.count;
-  }
+  for (const auto& [id, state] : places_) graph.places.push_back(state.place);
   return graph;
 }
 

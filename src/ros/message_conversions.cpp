@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "task_scene_graph/core/find_by_id.h"
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/image_conversions.h"
 
@@ -37,6 +38,20 @@ void copyViews(const ViewStatistics& views, Message& message) {
   message.mean_distance = static_cast<float>(views.mean_distance_m);
   message.min_distance = static_cast<float>(views.min_distance_m);
   message.view_spread = static_cast<float>(views.spread_rad);
+}
+
+bool isSame(const Embedding& a, const std::vector<float>& b) {
+  if (static_cast<std::size_t>(a.size()) != b.size()) return false;
+  return b.empty() || std::memcmp(a.data(), b.data(), b.size() * sizeof(float)) == 0;
+}
+
+SharedEmbedding shareEmbedding(const msg::Place& place, const PlaceGraph& former) {
+  const auto known =
+      findById(former.places, PlaceId{place.id}, [](const Place& other) { return other.id; });
+  if (known != former.places.end() && isSame(*known->embedding, place.embedding)) {
+    return known->embedding;
+  }
+  return toEmbedding(place.embedding);
 }
 
 ColorImage toThumbnail(const sensor_msgs::Image& message) {
@@ -218,7 +233,7 @@ msg::Place toMessage(const Place& place) {
   message.id = place.id.value;
   message.position = toPoint(place.position_m);
   message.clearance = static_cast<float>(place.clearance_m);
-  message.embedding = toFloats(place.embedding);
+  message.embedding = toFloats(*place.embedding);
   message.num_views = place.num_views;
   return message;
 }
@@ -231,14 +246,16 @@ msg::PlaceEdge toMessage(const PlaceEdge& edge) {
   return message;
 }
 
-PlaceGraphPtr fromMessage(const msg::PlaceGraph& message) {
+PlaceGraphPtr fromMessage(const msg::PlaceGraph& message, const PlaceGraph& former) {
   auto graph = std::make_shared<PlaceGraph>();
   graph->stamp = toStamp(message.header.stamp);
+  graph->places.reserve(message.places.size());
+  graph->edges.reserve(message.edges.size());
   for (const auto& place : message.places) {
     graph->places.push_back({{place.id},
                              toVector(place.position),
                              place.clearance,
-                             toEmbedding(place.embedding),
+                             shareEmbedding(place, former),
                              place.num_views});
   }
   for (const auto& edge : message.edges) {
@@ -247,13 +264,14 @@ PlaceGraphPtr fromMessage(const msg::PlaceGraph& message) {
   return graph;
 }
 
-PlaceGraphPtr fromMessage(const msg::PlaceGraph& message, const std::string& topic) {
+PlaceGraphPtr fromMessage(const msg::PlaceGraph& message, const std::string& topic,
+                          const PlaceGraph& former) {
   for (const auto& place : message.places) {
     if (!isFar(toVector(place.position)) && std::isfinite(place.clearance)) continue;
     throw InputError("place " + std::to_string(place.id) + " on " + topic +
                      " has a position or clearance that is not finite, or beyond 1e9 m");
   }
-  return fromMessage(message);
+  return fromMessage(message, former);
 }
 
 msg::PlaceGraphPtr toMessage(const PlaceGraph& graph, const std::string& world_frame) {

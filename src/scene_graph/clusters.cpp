@@ -93,6 +93,7 @@ Region describeRegion(const std::vector<const Place*>& members,
 }
 
 void setNearestPlaces(const PlaceGraph& places, std::vector<SceneObject>& objects) {
+  if (objects.empty()) return;
   std::vector<Eigen::Vector3d> positions_m;
   for (const Place& place : places.places) positions_m.push_back(place.position_m);
   const PointIndex index(std::move(positions_m));

@@ -2,7 +2,6 @@
 #include "place_features.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "task_scene_graph/scene_graph/scoring.h"
 
@@ -18,13 +17,6 @@ std::vector<PlaceEdge> sortEdges(std::vector<PlaceEdge> edges) {
     std::sort(edges.begin(), edges.end(), isBefore);
   }
   return edges;
-}
-
-/// Bit for bit: faster than by value, and what differs is only looked at again.
-bool isSame(const Embedding& a, const Embedding& b) {
-  return a.size() == b.size() &&
-         (a.size() == 0 ||
-          std::memcmp(a.data(), b.data(), static_cast<std::size_t>(a.size()) * sizeof(float)) == 0);
 }
 
 /// Marks the places at edges that the other graph has not, or with another clearance.
@@ -60,13 +52,13 @@ PlaceFeatures::Looked PlaceFeatures::lookAt(const PlaceGraphPtr& graph, Eigen::I
     const Place& place = graph->places[i];
     const std::size_t k = last_.graph ? last_.index.find(place.id) : PlaceIndex::kNone;
     const Place* old = k == PlaceIndex::kNone ? nullptr : &last_.graph->places[k];
-    const Embedding& embedding = place.embedding;
-    const bool is_same = old != nullptr && isSame(old->embedding, embedding);
+    const SharedEmbedding& embedding = place.embedding;
+    const bool is_same = old != nullptr && old->embedding == embedding;
     if (is_same && last_.embedding_size == size) {
       now.own[i] = last_.own[k];
       has_other[i] = 0;
     } else if (embedding.size() > 0) {
-      const bool is_valid = embedding.size() == size && embedding.allFinite();
+      const bool is_valid = embedding.size() == size && embedding->allFinite();
       now.own[i] = !is_valid ? Own::kRejected : hasDirection(embedding) ? Own::kUsable : Own::kNone;
     }
     if (has_other[i] != 0 || old->position_m != place.position_m ||
@@ -108,7 +100,7 @@ std::vector<Embedding> PlaceFeatures::computeFeatures(const Looked& now,
     if (is_changed[to] == 0 || now.own[to] == Own::kRejected) return;
     if (now.own[from] != Own::kUsable || !(weight > 0.0)) return;
     if (sums[to].size() == 0) sums[to].setZero(now.embedding_size);
-    sums[to] += static_cast<float>(weight) * places[from].embedding;
+    sums[to] += static_cast<float>(weight) * *places[from].embedding;
     totals[to] += weight;
   };
   for (std::size_t i = 0; i < places.size(); ++i) add(i, i, 1.0);

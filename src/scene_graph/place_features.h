@@ -34,8 +34,9 @@ struct UnusablePlaces {
 /// thread-safe.
 class PlaceFeatures {
  public:
-  /// Computes what changed since the last call. O(places * D) to compare, O(changed places and
-  /// their neighbours * D) to compute.
+  /// Computes what changed since the last call. O(places + edges) to compare, and D for each
+  /// embedding that is not shared with the last graph; O(changed places and their neighbours * D)
+  /// to compute.
   /// @param size  D; 0 = that of the first embedding
   UnusablePlaces update(const PlaceGraphPtr& graph, Eigen::Index size, double smoothing_per_m);
 

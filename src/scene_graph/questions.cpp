@@ -53,7 +53,8 @@ class Search {
       const auto& item = get(items[i]);
       if (!hasDirection(item.embedding)) continue;
       checkSize(item.embedding.size());
-      candidates.push_back({i, item.id.value, computeCosine(item.embedding, question_)});
+      const Embedding& embedding = item.embedding;
+      candidates.push_back({i, item.id.value, computeCosine(embedding, question_)});
     }
     candidates = keepBest(std::move(candidates), max_answers_);
     std::vector<Answer> answers;

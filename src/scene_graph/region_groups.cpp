@@ -8,21 +8,19 @@
 namespace tsg::scene_graph {
 namespace {
 
-/// Groups of places and how much each is joined to its neighbours.
+/// Groups of places and how much the small ones are joined to their neighbours.
 class GroupGraph {
  public:
-  GroupGraph(PlaceGroups groups, const std::vector<PlaceEdge>& edges)
+  GroupGraph(PlaceGroups groups, const std::vector<PlaceEdge>& edges, std::size_t min_places)
       : groups_(std::move(groups)), joints_m_(groups_.size()) {
-    std::unordered_map<PlaceId, std::size_t> group_of;
-    for (std::size_t i = 0; i < groups_.size(); ++i) {
-      for (const PlaceId place : groups_[i]) group_of[place] = i;
-    }
-    for (const PlaceEdge& edge : edges) {
-      const auto a = group_of.find(edge.a);
-      const auto b = group_of.find(edge.b);
-      if (a == group_of.end() || b == group_of.end() || a->second == b->second) continue;
-      joints_m_[a->second][b->second] += edge.clearance_m;
-      joints_m_[b->second][a->second] += edge.clearance_m;
+    std::vector<const PlaceEdge*> joints;
+    const auto group_of = findGroups(edges, min_places, joints);
+    for (const PlaceEdge* edge : joints) {
+      const std::size_t a = group_of.at(edge->a);
+      const std::size_t b = group_of.at(edge->b);
+      if (a == kNoGroup || b == kNoGroup || a == b) continue;
+      joints_m_[a][b] += edge->clearance_m;
+      joints_m_[b][a] += edge->clearance_m;
     }
   }
 
@@ -31,6 +29,7 @@ class GroupGraph {
   PlaceId firstPlace(std::size_t group) const {
     return *std::min_element(groups_[group].begin(), groups_[group].end());
   }
+  /// Precondition: the group was small, or one that was has joined it.
   bool hasNeighbour(std::size_t group) const { return !joints_m_[group].empty(); }
 
   /// Precondition: hasNeighbour(group).
@@ -55,6 +54,34 @@ class GroupGraph {
   }
 
  private:
+  static constexpr std::size_t kNoGroup = static_cast<std::size_t>(-1);
+
+  /// The groups of the places at edges of small groups, and these edges: few, so that most places
+  /// are never looked up in a large table.
+  std::unordered_map<PlaceId, std::size_t> findGroups(const std::vector<PlaceEdge>& edges,
+                                                      std::size_t min_places,
+                                                      std::vector<const PlaceEdge*>& joints) const {
+    std::unordered_map<PlaceId, std::size_t> group_of;
+    for (const auto& group : groups_) {
+      if (group.size() >= min_places) continue;
+      for (const PlaceId place : group) group_of[place] = kNoGroup;
+    }
+    for (const PlaceEdge& edge : edges) {
+      if (group_of.count(edge.a) + group_of.count(edge.b) > 0) joints.push_back(&edge);
+    }
+    for (const PlaceEdge* edge : joints) {
+      group_of.emplace(edge->a, kNoGroup);
+      group_of.emplace(edge->b, kNoGroup);
+    }
+    for (std::size_t i = 0; i < groups_.size(); ++i) {
+      for (const PlaceId place : groups_[i]) {
+        const auto found = group_of.find(place);
+        if (found != group_of.end()) found->second = i;
+      }
+    }
+    return group_of;
+  }
+
   PlaceGroups groups_;
   std::vector<std::map<std::size_t, double>> joints_m_;
 };
@@ -74,7 +101,7 @@ PlaceGroups absorbSmallGroups(PlaceGroups groups, const std::vector<PlaceEdge>& 
                               std::size_t min_places) {
   const auto isSmall = [&](const auto& group) { return group.size() < min_places; };
   if (std::none_of(groups.begin(), groups.end(), isSmall)) return tidy(std::move(groups));
-  GroupGraph graph(std::move(groups), edges);
+  GroupGraph graph(std::move(groups), edges, min_places);
   std::set<std::tuple<std::size_t, PlaceId, std::size_t>> small;
   const auto makeKey = [&](std::size_t group) {
     return std::make_tuple(graph.size(group), graph.firstPlace(group), group);
@@ -95,20 +122,26 @@ PlaceGroups absorbSmallGroups(PlaceGroups groups, const std::vector<PlaceEdge>& 
 }
 
 void RegionIds::adopt(const std::map<RegionId, std::vector<PlaceId>>& places_of) {
-  region_of_.clear();
+  groups_.clear();
+  ids_.clear();
   for (const auto& [id, places] : places_of) {
     next_ = std::max(next_, id.value + 1);
-    for (const PlaceId place : places) region_of_[place] = id;
+    groups_.push_back(places);
+    std::sort(groups_.back().begin(), groups_.back().end());
+    ids_.push_back(id);
   }
 }
 
 std::vector<RegionId> RegionIds::match(const PlaceGroups& groups) {
+  std::vector<RegionId> ids(groups.size());
+  std::unordered_map<PlaceId, RegionId> region_of = matchUnchanged(groups, ids);
   std::vector<std::tuple<std::size_t, RegionId, std::size_t>> shares;
   for (std::size_t i = 0; i < groups.size(); ++i) {
+    if (ids[i].isValid()) continue;
     std::map<RegionId, std::size_t> shared;
     for (const PlaceId place : groups[i]) {
-      const auto found = region_of_.find(place);
-      if (found != region_of_.end()) ++shared[found->second];
+      const auto found = region_of.find(place);
+      if (found != region_of.end()) ++shared[found->second];
     }
     for (const auto& [id, count] : shared) shares.emplace_back(count, id, i);
   }
@@ -117,17 +150,36 @@ std::vector<RegionId> RegionIds::match(const PlaceGroups& groups) {
     return std::tie(std::get<1>(left), std::get<2>(left)) <
            std::tie(std::get<1>(right), std::get<2>(right));
   });
-  std::vector<RegionId> ids(groups.size());
   std::set<RegionId> taken;
   for (const auto& [count, id, group] : shares) {
     if (!ids[group].isValid() && taken.insert(id).second) ids[group] = id;
   }
-  region_of_.clear();
-  for (std::size_t i = 0; i < groups.size(); ++i) {
-    if (!ids[i].isValid()) ids[i] = RegionId{next_++};
-    for (const PlaceId place : groups[i]) region_of_[place] = ids[i];
+  for (RegionId& id : ids) {
+    if (!id.isValid()) id = RegionId{next_++};
   }
+  groups_ = groups;
+  ids_ = ids;
   return ids;
+}
+
+/// Sets the ids of groups that were there before. No other group has one of their places, so no
+/// other can ask for their ids. @returns the regions of the other places
+std::unordered_map<PlaceId, RegionId> RegionIds::matchUnchanged(const PlaceGroups& groups,
+                                                                std::vector<RegionId>& ids) const {
+  std::unordered_map<PlaceId, std::size_t> group_of;  // by its first place
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    if (!groups[i].empty()) group_of[groups[i].front()] = i;
+  }
+  std::unordered_map<PlaceId, RegionId> region_of;
+  for (std::size_t k = 0; k < groups_.size(); ++k) {
+    const auto found = groups_[k].empty() ? group_of.end() : group_of.find(groups_[k].front());
+    if (found != group_of.end() && groups[found->second] == groups_[k]) {
+      ids[found->second] = ids_[k];
+    } else {
+      for (const PlaceId place : groups_[k]) region_of[place] = ids_[k];
+    }
+  }
+  return region_of;
 }
 
 }  // namespace tsg::scene_graph

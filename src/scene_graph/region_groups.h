@@ -25,13 +25,18 @@ class RegionIds {
  public:
   /// Ids of the groups, in their order. A group gets the id of the former group with which it
   /// shares most places, the largest shares first (equal: the smaller id, then the earlier group);
-  /// each id goes to one group. The others get new ones; none is used twice. O(places log).
+  /// each id goes to one group. The others get new ones; none is used twice. O(places + changed
+  /// groups' places log).
   std::vector<RegionId> match(const PlaceGroups& groups);
   /// Takes ids for those of the call before. @param places_of  by id
   void adopt(const std::map<RegionId, std::vector<PlaceId>>& places_of);
 
  private:
-  std::unordered_map<PlaceId, RegionId> region_of_;  ///< as of the last call
+  std::unordered_map<PlaceId, RegionId> matchUnchanged(const PlaceGroups& groups,
+                                                       std::vector<RegionId>& ids) const;
+
+  PlaceGroups groups_;         ///< of the last call
+  std::vector<RegionId> ids_;  ///< ... and their ids
   std::uint64_t next_ = 1;
 };
 

@@ -34,6 +34,23 @@ const Member* findMember(const std::vector<Member>& members, std::uint64_t key) 
   return found != members.end() ? &*found : nullptr;
 }
 
+/// The same for keys that ascend from call to call. O(members) altogether.
+template <typename Member>
+class MembersInOrder {
+ public:
+  explicit MembersInOrder(const std::vector<Member>& members)
+      : next_(members.begin()), end_(members.end()) {}
+
+  const Member* find(std::uint64_t key) {
+    while (next_ != end_ && next_->key < key) ++next_;
+    return next_ != end_ && next_->key == key ? &*next_ : nullptr;
+  }
+
+ private:
+  typename std::vector<Member>::const_iterator next_;
+  typename std::vector<Member>::const_iterator end_;
+};
+
 /// Whether clusters that share no task are never merged: with one task for each place and a
 /// threshold of at most a bit, for D / 2 of two such clusters is at least one.
 bool keepsTasksApart(const bottleneck::ClusteringConfig& config) {
@@ -162,9 +179,10 @@ std::vector<RegionLayer::Member> RegionLayer::makeMembers(bool are_tasks_new) co
   const auto config = config_.placeClustering();
   std::vector<Member> members;
   members.reserve(features_->features().size());
+  MembersInOrder<Member> former(members_);
   for (const PlaceFeature& found : features_->features()) {
     Member member{found.place->id.value, found.version, 0};
-    const Member* old = findMember(members_, member.key);
+    const Member* old = former.find(member.key);
     if (old != nullptr && old->feature_version == found.version && !are_tasks_new) {
       member.task = old->task;
     } else if (keepsTasksApart(config)) {
@@ -196,14 +214,16 @@ std::vector<RegionLayer::PlaceKeys> RegionLayer::listEdges(
 }
 
 void RegionLayer::replaceMembers(const std::vector<Member>& members, PlaceUpdate& update) {
+  MembersInOrder<Member> present(members);
   for (const Member& member : members_) {
-    if (findMember(members, member.key) != nullptr) continue;
+    if (present.find(member.key) != nullptr) continue;
     clustering_->erase(member.key);
     ++update.erased;
   }
   auto feature = features_->features().begin();
+  MembersInOrder<Member> former(members_);
   for (const Member& member : members) {
-    const Member* old = findMember(members_, member.key);
+    const Member* old = former.find(member.key);
     if (old == nullptr) {
       clustering_->insert(member.key, feature->feature);
       ++update.inserted;
@@ -300,12 +320,10 @@ void RegionLayer::setMergeLosses(const std::vector<RegionCluster>& regions,
   };
   std::map<RegionId, Mass> masses;
   for (const RegionCluster& region : regions) {
-    Mass& mass = masses[region.id];
-    for (const PlaceId place : region.places) {
-      if (!clustering_->contains(place.value)) continue;
-      mass.tasks = bottleneck::addMasses(mass.tasks, clustering_->relevance(place.value));
-      mass.count += 1.0;
-    }
+    std::vector<bottleneck::NodeKey> keys;
+    for (const PlaceId place : region.places) keys.push_back(place.value);
+    const auto [tasks, count] = clustering_->sumRelevance(keys);
+    masses[region.id] = {tasks, static_cast<double>(count)};
   }
   const auto clustering = config_.placeClustering();
   const bool is_share = clustering.normaliser == bottleneck::Normaliser::kPaper;
@@ -386,7 +404,7 @@ void RegionLayer::requireClustered(PlaceId id) const {
 
 CosineSummary RegionLayer::summarizeCosines() const {
   std::vector<const Embedding*> embeddings;
-  for (const Place& place : places_->places) embeddings.push_back(&place.embedding);
+  for (const Place& place : places_->places) embeddings.push_back(&*place.embedding);
   return scene_graph::summarizeCosines(embeddings, scorer_);
 }
 

@@ -6,35 +6,46 @@
 #include <set>
 #include <utility>
 
+#include "place_index.h"
+
 namespace tsg::scene_graph {
 namespace {
 
-std::map<PlaceId, RegionId> mapPlacesToRegions(const SceneGraph& graph) {
-  std::map<PlaceId, RegionId> region_of;
-  for (const auto& region : graph.regions) {
-    for (const PlaceId place : region.places) region_of[place] = region.id;
+/// Which region each place of a graph is in.
+class RegionOfPlaces {
+ public:
+  explicit RegionOfPlaces(const SceneGraph& graph)
+      : index_(*graph.places), regions_(graph.places->places.size()) {
+    for (const auto& region : graph.regions) {
+      for (const PlaceId place : region.places) {
+        const std::size_t i = index_.find(place);
+        if (i != PlaceIndex::kNone) regions_[i] = region.id;
+      }
+    }
   }
-  return region_of;
-}
 
-RegionId findRegion(const std::map<PlaceId, RegionId>& region_of, PlaceId place) {
-  const auto found = region_of.find(place);
-  return found == region_of.end() ? RegionId{} : found->second;
-}
+  /// Not valid if the place is in none, or not there.
+  RegionId find(PlaceId place) const {
+    const std::size_t i = index_.find(place);
+    return i == PlaceIndex::kNone ? RegionId{} : regions_[i];
+  }
+  const std::vector<RegionId>& regions() const { return regions_; }  ///< by place
+
+ private:
+  PlaceIndex index_;
+  std::vector<RegionId> regions_;
+};
 
 }  // namespace
 
 std::vector<RegionId> computeRegionOfPlaces(const SceneGraph& graph) {
-  const auto region_of = mapPlacesToRegions(graph);
-  std::vector<RegionId> regions;
-  for (const auto& place : graph.places->places) regions.push_back(findRegion(region_of, place.id));
-  return regions;
+  return RegionOfPlaces(graph).regions();
 }
 
 std::vector<RegionId> computeRegionOfObjects(const SceneGraph& graph) {
-  const auto region_of = mapPlacesToRegions(graph);
+  const RegionOfPlaces region_of(graph);
   std::vector<RegionId> regions;
-  for (const auto& object : graph.objects) regions.push_back(findRegion(region_of, object.place));
+  for (const auto& object : graph.objects) regions.push_back(region_of.find(object.place));
   return regions;
 }
 
@@ -49,12 +60,12 @@ std::map<PrimitiveId, std::int32_t> computeObjectOfPrimitives(const SceneGraph& 
 }
 
 void connectRegions(SceneGraph& graph) {
-  const auto region_of = mapPlacesToRegions(graph);
+  const RegionOfPlaces region_of(graph);
   std::map<std::pair<RegionId, RegionId>, double> passages_m;
   std::map<RegionId, std::set<PlaceId>> doors;
   for (const auto& edge : graph.places->edges) {
-    const RegionId a = findRegion(region_of, edge.a);
-    const RegionId b = findRegion(region_of, edge.b);
+    const RegionId a = region_of.find(edge.a);
+    const RegionId b = region_of.find(edge.b);
     if (!a.isValid() || !b.isValid() || a == b) continue;
     doors[a].insert(edge.a);
     doors[b].insert(edge.b);
@@ -67,7 +78,7 @@ void connectRegions(SceneGraph& graph) {
   }
   std::map<RegionId, std::vector<ObjectId>> objects;
   for (const auto& object : graph.objects) {
-    objects[findRegion(region_of, object.place)].push_back(object.id);
+    objects[region_of.find(object.place)].push_back(object.id);
   }
   for (Region& region : graph.regions) {
     region.doors.assign(doors[region.id].begin(), doors[region.id].end());

@@ -105,6 +105,18 @@ void wholeMessage(benchmark::State& state) {
 }
 BENCHMARK(wholeMessage)->Unit(benchmark::kMillisecond);
 
+/// A place graph as scene_graph takes it in (D = 768): beside the graph of before, with which it
+/// shares what has not changed, and without one.
+void placesFromAMessage(benchmark::State& state) {
+  PlaceGraph graph = *makePlaces();
+  for (Place& place : graph.places) place.embedding = Embedding(Embedding::Random(768));
+  const auto message = toMessage(graph, "world");
+  const PlaceGraph former = state.range(0) != 0 ? *fromMessage(*message) : PlaceGraph{};
+  for (auto _ : state) benchmark::DoNotOptimize(fromMessage(*message, former));
+  state.counters["places"] = static_cast<double>(graph.places.size());
+}
+BENCHMARK(placesFromAMessage)->ArgName("former")->Arg(1)->Arg(0)->Unit(benchmark::kMillisecond);
+
 /// All that is done for the topics `scene_graph` and `scene_graph_changes`.
 void messagesAfterChanges(benchmark::State& state) {
   const scene_graph::SceneGraph graph = makeGraph();

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "task_scene_graph/scene_graph/builder.h"
 #include "task_scene_graph/scene_graph/geometric_rooms.h"
 #include "task_scene_graph/scene_graph/region_layer.h"
 
@@ -29,7 +30,8 @@ class Building {
     }
   }
 
-  /// The same graph in new memory, with `count` places of one room seen once more.
+  /// The same graph once more, with `count` places of one room seen again: the others share their
+  /// embeddings, as those of a PlaceExtractor do.
   PlaceGraphPtr seeAgain(std::uint64_t count) {
     const std::uint64_t corner = draw(side_ / kRoomSide) * kRoomSide;
     for (std::uint64_t i = 0; i < count; ++i) {
@@ -38,6 +40,13 @@ class Building {
       places_.places[y * side_ + x].embedding = makeEmbedding(x, y);
     }
     return std::make_shared<PlaceGraph>(places_);
+  }
+
+  /// The same, with embeddings of its own.
+  PlaceGraphPtr readAnew() {
+    auto graph = std::make_shared<PlaceGraph>(places_);
+    for (Place& place : graph->places) place.embedding = Embedding(*place.embedding);
+    return graph;
   }
 
   TaskList tasks;
@@ -82,8 +91,8 @@ SceneGraphConfig makeConfig() {
   return config;
 }
 
-/// `setPlaces` (comparing all embeddings with the former, smoothing) and the clusters.
-void regionsAfterTenPlacesSeenAgain(benchmark::State& state) {
+/// From a graph to its clusters: `setPlaces` (looking for changes, smoothing) and clustering.
+void clustersAfterTenPlacesSeenAgain(benchmark::State& state) {
   Building building(static_cast<std::uint64_t>(state.range(0)));
   RegionLayer layer(makeConfig());
   layer.setTasks(building.tasks);
@@ -92,25 +101,53 @@ void regionsAfterTenPlacesSeenAgain(benchmark::State& state) {
   std::size_t num_regions = 0;
   for (auto _ : state) {
     state.PauseTiming();
-    const PlaceGraphPtr places = building.seeAgain(10);
+    PlaceGraphPtr places = building.seeAgain(10);
     state.ResumeTiming();
     layer.setPlaces(places);
     num_regions = layer.computeClusters().size();
+    places.reset();
+  }
+  state.counters["regions"] = static_cast<double>(num_regions);
+}
+BENCHMARK(clustersAfterTenPlacesSeenAgain)->Arg(1000)->Arg(10000)->Unit(benchmark::kMillisecond);
+
+/// The same with names, areas and footprints, and what joining neighbours would lose.
+void regionsAfterTenPlacesSeenAgain(benchmark::State& state) {
+  Building building(static_cast<std::uint64_t>(state.range(0)));
+  SceneGraphBuilder builder(makeConfig());
+  builder.setPlaceTasks(building.tasks);
+  builder.setPlaces(building.seeAgain(0));
+  builder.snapshot();
+  std::size_t num_regions = 0;
+  for (auto _ : state) {
+    state.PauseTiming();
+    PlaceGraphPtr places = building.seeAgain(10);
+    state.ResumeTiming();
+    builder.setPlaces(places);
+    num_regions = builder.snapshot()->regions.size();
+    places.reset();
   }
   state.counters["regions"] = static_cast<double>(num_regions);
 }
 BENCHMARK(regionsAfterTenPlacesSeenAgain)->Arg(1000)->Arg(10000)->Unit(benchmark::kMillisecond);
 
-/// Of it, what is spent where nothing has changed: reading and comparing.
+/// Of it, what is spent where nothing has changed; with embeddings of their own these are read.
 void comparePlacesThatDidNotChange(benchmark::State& state) {
   Building building(static_cast<std::uint64_t>(state.range(0)));
   RegionLayer layer(makeConfig());
   layer.setTasks(building.tasks);
-  const PlaceGraphPtr copies[] = {building.seeAgain(0), building.seeAgain(0)};
+  const bool is_shared = state.range(1) != 0;
+  const PlaceGraphPtr copies[] = {building.seeAgain(0),
+                                  is_shared ? building.seeAgain(0) : building.readAnew()};
   int turn = 0;
   for (auto _ : state) layer.setPlaces(copies[++turn % 2]);
 }
-BENCHMARK(comparePlacesThatDidNotChange)->Arg(1000)->Arg(10000)->Unit(benchmark::kMillisecond);
+BENCHMARK(comparePlacesThatDidNotChange)
+    ->ArgNames({"places", "shared"})
+    ->Args({1000, 1})
+    ->Args({10000, 1})
+    ->Args({10000, 0})
+    ->Unit(benchmark::kMillisecond);
 
 void regionsInBatch(benchmark::State& state) {
   Building building(static_cast<std::uint64_t>(state.range(0)));

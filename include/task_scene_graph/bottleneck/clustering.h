@@ -106,6 +106,8 @@ class IncrementalClustering {
   std::vector<double> scores(NodeKey key);
   /// p(y|x) of a primitive. @throws as clusterOf.
   SparseMasses relevance(NodeKey key);
+  /// The sum of p(y|x) over those of the keys that are there, and how many these are. O(keys).
+  std::pair<SparseMasses, std::size_t> sumRelevance(const std::vector<NodeKey>& keys);
   /// I(X;Y) in bits, the normaliser of Eq. 3 for the configured prior; 0 for no primitive.
   double information();
   /// The accepted merges in the order of the batch run. O(N log components).

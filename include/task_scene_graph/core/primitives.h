@@ -11,6 +11,7 @@
 #include "task_scene_graph/core/id.h"
 #include "task_scene_graph/core/mesh.h"
 #include "task_scene_graph/core/oriented_box.h"
+#include "task_scene_graph/core/shared_embedding.h"
 #include "task_scene_graph/core/stamp.h"
 
 namespace tsg {
@@ -77,7 +78,7 @@ struct Place {
   PlaceId id;
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< world frame
   double clearance_m = 0.0;                              ///< distance to the nearest obstacle
-  Embedding embedding;          ///< mean image embedding of the views that see it; empty if none
+  SharedEmbedding embedding;    ///< mean image embedding of the views that see it; empty if none
   std::uint32_t num_views = 0;  ///< how many views entered the mean
 };
 

@@ -74,7 +74,8 @@ class PlaceExtractor {
   /// O(pixels + places).
   void addView(const RgbdFrame& frame, const Embedding& image_embedding);
 
-  /// The graph as of the last update, with the features of all views so far.
+  /// The graph as of the last update, with the features of all views so far. Embeddings that have
+  /// not changed are shared with the graphs given before. O(places).
   PlaceGraph graph() const;
 
   /// The floors as of the last update; empty for `volume`. Copy it to keep it (a copy shares
@@ -92,10 +93,20 @@ class PlaceExtractor {
   void restore(const PlaceMemory& memory, double voxel_size_m);
 
  private:
-  struct PlaceState {
-    Place place;                                          ///< its embedding is set by graph()
+  /// A place, whose embedding is the mean of its views: another one whenever these change, so that
+  /// graphs share what has not changed.
+  class PlaceState {
+   public:
+    Place place;
     mapping::GridIndex key = mapping::GridIndex::Zero();  ///< voxel in which it lies
-    ViewSum views;
+
+    const ViewSum& views() const { return views_; }
+    void setViews(ViewSum sum);
+    /// Adds the view if it sees the place.
+    void addView(const ViewDatabase& database, const View& view);
+
+   private:
+    ViewSum views_;
   };
   /// Places that went and places that came, with their ids once they are matched.
   struct Changes {

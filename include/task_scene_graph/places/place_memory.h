@@ -42,7 +42,7 @@ struct VoxelBlock {
 
 /// A place, by which it is known again.
 struct RememberedPlace {
-  Place place;                                          ///< its embedding is not used
+  Place place;                                          ///< without embedding: see `views`
   mapping::GridIndex key = mapping::GridIndex::Zero();  ///< voxel in which it lies
   std::optional<ViewSum> views;                         ///< none: of the views that are remembered
 };

@@ -45,10 +45,13 @@ sensor_msgs::Image toThumbnailMessage(const ColorImage& thumbnail);
 
 msg::Place toMessage(const Place& place);
 msg::PlaceEdge toMessage(const PlaceEdge& edge);
-PlaceGraphPtr fromMessage(const msg::PlaceGraph& message);
+/// @param former  a graph of before, places ascending by id: embeddings that have not changed since
+/// are shared with it
+PlaceGraphPtr fromMessage(const msg::PlaceGraph& message, const PlaceGraph& former = {});
 /// The same, checked. @throws InputError naming `topic` and the place whose position or clearance
 /// is not finite, or beyond 1e9 m.
-PlaceGraphPtr fromMessage(const msg::PlaceGraph& message, const std::string& topic);
+PlaceGraphPtr fromMessage(const msg::PlaceGraph& message, const std::string& topic,
+                          const PlaceGraph& former = {});
 msg::PlaceGraphPtr toMessage(const PlaceGraph& graph, const std::string& world_frame);
 
 }  // namespace tsg::ros_interface

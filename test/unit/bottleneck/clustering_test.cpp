@@ -308,6 +308,24 @@ TEST(Clustering, GivenEdgesRestrictMerges) {
   }
 }
 
+TEST(Clustering, SumsOfRelevanceAreThoseOfThePrimitivesThatAreThere) {
+  SceneGenerator generator({}, 4);
+  const ReferenceScene scene = generator.makeScene();
+  IncrementalClustering clustering = makeClustering(scene, ClusteringConfig{});
+  std::vector<NodeKey> keys;
+  SparseMasses expected;
+  for (const auto& [key, primitive] : scene.primitives) {
+    if (key % 3 == 0) continue;
+    keys.push_back(key);
+    expected = addMasses(expected, clustering.relevance(key));
+  }
+  const std::size_t count = keys.size();
+  ASSERT_GT(count, 5U);
+  keys.push_back(scene.primitives.rbegin()->first + 1);  // not there
+  EXPECT_EQ(clustering.sumRelevance(keys), std::pair(expected, count));
+  EXPECT_TRUE(clustering.sumRelevance({}).first.empty());
+}
+
 TEST(Clustering, DeltaZeroKeepsThePrimitivesAndOneMergesComponentsWhole) {
   SceneGenerator generator({}, 21);
   const ReferenceScene scene = generator.makeScene();

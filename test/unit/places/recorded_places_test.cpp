@@ -12,6 +12,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "graph_checks.h"
+#include "place_heap.h"
 #include "sequence.h"
 #include "support.h"
 #include "task_scene_graph/mapping/tsdf_integrator.h"
@@ -165,16 +166,19 @@ TEST(RecordedPlaces, LieInTheFreeSpaceOfAHouseAndKnowTheirRooms) {
     if (place.num_views == 0) continue;
     ++num_seen;
     Eigen::Index strongest = 0;
-    place.embedding.maxCoeff(&strongest);
+    place.embedding->maxCoeff(&strongest);
     num_in_their_room += strongest == room ? 1 : 0;
   }
   const auto num_places = static_cast<int>(graph.places.size());
+  const auto heap = tsg::test::measurePlaceHeap(extractor.memory(), PlacesConfig{});
   std::printf(
       "places %d (created %llu), edges %zu, parts %zu, rooms %zu, nearer than 0.2 m to a "
-      "surface %d, seen %d, of these like their room %d\n",
+      "surface %d, seen %d, of these like their room %d; kB for each place %.2f, for the choice of "
+      "places %.2f\n",
       num_places, static_cast<unsigned long long>(extractor.counters().places_created),
       graph.edges.size(), test::findParts(graph).size(), rooms_reached.size(), num_colliding,
-      num_seen, num_in_their_room);
+      num_seen, num_in_their_room, 1e-3 * heap.graph() / num_places,
+      1e-3 * heap.cells / num_places);
   if (const char* output = std::getenv("TSG_OUTPUT")) {
     drawGraph(plan, extractor.plan(), graph, std::filesystem::path(output) / "places.png");
   }
@@ -183,6 +187,7 @@ TEST(RecordedPlaces, LieInTheFreeSpaceOfAHouseAndKnowTheirRooms) {
   EXPECT_LE(num_colliding, num_places / 20);
   EXPECT_GE(num_seen, num_places * 9 / 10);
   EXPECT_GE(num_in_their_room, num_seen / 2);
+  EXPECT_LE(heap.graph(), 1000.0 * num_places);
 }
 
 }  // namespace

@@ -236,10 +236,31 @@ TEST_P(WeightedFeatures, EqualThoseOfAllViewsAtOnceWhateverCameFirst) {
     ASSERT_EQ(views_first.graph().places[i].num_views, count);
     num_views += count;
     if (count == 0) continue;
-    EXPECT_TRUE(place.embedding.isApprox(feature, 1e-4F));
+    EXPECT_TRUE(place.embedding->isApprox(feature, 1e-4F));
     EXPECT_EQ(views_first.graph().places[i].embedding, place.embedding);
   }
   EXPECT_GT(num_views, 40U);
+}
+
+TEST(Features, ThatNoViewHasChangedAreSharedByGraphs) {
+  const TwoRooms rooms;
+  PlaceExtractor extractor{makeSparseConfig()};
+  extractor.update(rooms.volume, rooms.blocks, Stamp{1});
+  extractor.addView(render(rooms.world, lookAlong({1.0, 2.0, 1.2}, 0.0)), makeEmbedding(1, 0));
+  const PlaceGraph before = extractor.graph();
+  extractor.addView(render(rooms.world, lookAlong({5.2, 2.0, 1.2}, 0.0)), makeEmbedding(0, 1));
+  const PlaceGraph after = extractor.graph();
+  ASSERT_EQ(after.places.size(), before.places.size());
+  int num_shared = 0;
+  int num_changed = 0;
+  for (std::size_t i = 0; i < after.places.size(); ++i) {
+    const bool is_shared = &*after.places[i].embedding == &*before.places[i].embedding;
+    EXPECT_EQ(is_shared, after.places[i].num_views == before.places[i].num_views);
+    if (after.places[i].num_views == 0) continue;
+    ++(is_shared ? num_shared : num_changed);
+  }
+  EXPECT_GT(num_shared, 0);
+  EXPECT_GT(num_changed, 0);
 }
 
 TEST(ViewSum, OfTheClosestKeepsTheFirstOfViewsEquallyNear) {

@@ -255,6 +255,25 @@ TEST(PlaceConversion, PlacesThatAreNowhereAreNamedWithTheTopic) {
   }
 }
 
+TEST(PlaceConversion, SharesEmbeddingsThatHaveNotChangedWithAFormerGraph) {
+  Random random(9);
+  PlaceGraph sent;
+  for (std::uint64_t id = 1; id < 6; ++id) {
+    sent.places.push_back({{id}, random.vector(), 0.5, random.embedding(id == 3 ? 0 : 4), 2});
+  }
+  const auto former = fromMessage(*toMessage(sent, "world"));
+  sent.places[1].embedding = random.embedding(4);
+  sent.places[3].embedding = Embedding();
+  sent.places.erase(sent.places.begin());
+  const auto now = fromMessage(*toMessage(sent, "world"), *former);
+  ASSERT_EQ(now->places.size(), 4U);
+  for (std::size_t i = 0; i < now->places.size(); ++i) {
+    EXPECT_EQ(now->places[i].embedding, sent.places[i].embedding);
+  }
+  EXPECT_EQ(&*now->places[3].embedding, &*former->places[4].embedding);
+  EXPECT_NE(&*now->places[0].embedding, &*former->places[1].embedding);
+}
+
 TEST(PlaceConversion, SurvivesTheWire) {
   Random random(7);
   PlaceGraph sent;

@@ -3,6 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <map>
+#include <random>
+#include <set>
+
 namespace tsg::scene_graph {
 namespace {
 
@@ -50,6 +55,122 @@ TEST(RegionIds, AreNotUsedTwice) {
   ids.match({{{1}}, {{2}}});
   EXPECT_EQ(ids.match({{{2}}}), (std::vector<RegionId>{{2}}));
   EXPECT_EQ(ids.match({{{1}}, {{2}}}), (std::vector<RegionId>{{3}, {2}}));
+}
+
+/// The rule as it is written, pair by pair.
+std::vector<RegionId> matchPairByPair(const PlaceGroups& groups, const PlaceGroups& before,
+                                      const std::vector<RegionId>& ids_before,
+                                      std::uint64_t& next) {
+  std::vector<RegionId> ids(groups.size());
+  std::set<RegionId> taken;
+  for (std::size_t count = 100; count > 0; --count) {
+    std::map<RegionId, std::vector<std::size_t>> pairs;
+    for (std::size_t k = 0; k < before.size(); ++k) {
+      for (std::size_t i = 0; i < groups.size(); ++i) {
+        Ids shared;
+        std::set_intersection(groups[i].begin(), groups[i].end(), before[k].begin(),
+                              before[k].end(), std::back_inserter(shared));
+        if (shared.size() == count) pairs[ids_before[k]].push_back(i);
+      }
+    }
+    for (const auto& [id, candidates] : pairs) {
+      for (const std::size_t i : candidates) {
+        if (!ids[i].isValid() && taken.insert(id).second) ids[i] = id;
+      }
+    }
+  }
+  for (RegionId& id : ids) {
+    if (!id.isValid()) id = RegionId{next++};
+  }
+  return ids;
+}
+
+/// Places 1 to 60, some of them missing, in up to twelve groups; from time to time one moves.
+TEST(RegionIds, FollowRandomGroupsByTheRule) {
+  std::mt19937 random(5);
+  const auto draw = [&](unsigned count) { return static_cast<unsigned>(random() % count); };
+  std::vector<unsigned> label(60);
+  for (unsigned& value : label) value = draw(12);
+  RegionIds ids;
+  PlaceGroups before;
+  std::vector<RegionId> ids_before;
+  std::uint64_t next = 1;
+  for (int round = 0; round < 200; ++round) {
+    for (unsigned change = draw(6); change > 0; --change) label[draw(60)] = draw(14);
+    std::map<unsigned, Ids> members;
+    for (unsigned place = 0; place < 60; ++place) {
+      if (label[place] < 12) members[label[place]].push_back({place + 1});
+    }
+    PlaceGroups groups;
+    for (auto& [name, places] : members) groups.push_back(places);
+    std::sort(groups.begin(), groups.end());
+    const auto expected = matchPairByPair(groups, before, ids_before, next);
+    ASSERT_EQ(ids.match(groups), expected) << "round " << round;
+    before = groups;
+    ids_before = expected;
+  }
+}
+
+/// The rule as it is written, over the sums of all edges between each two groups.
+PlaceGroups absorbOneByOne(PlaceGroups groups, const std::vector<PlaceEdge>& edges,
+                           std::size_t min_places) {
+  const auto holds = [](const Ids& group, PlaceId place) {
+    return std::find(group.begin(), group.end(), place) != group.end();
+  };
+  const auto addUp = [&](const Ids& a, const Ids& b) {
+    double sum_m = 0.0;
+    for (const PlaceEdge& edge : edges) {
+      const bool is_between =
+          (holds(a, edge.a) && holds(b, edge.b)) || (holds(a, edge.b) && holds(b, edge.a));
+      sum_m += is_between ? edge.clearance_m : 0.0;
+    }
+    return sum_m;
+  };
+  while (true) {
+    for (Ids& group : groups) std::sort(group.begin(), group.end());
+    std::sort(groups.begin(), groups.end());
+    std::size_t from = groups.size();
+    std::size_t to = groups.size();
+    for (std::size_t i = 0; i < groups.size(); ++i) {
+      if (groups[i].size() >= min_places) continue;
+      if (from < groups.size() && groups[from].size() <= groups[i].size()) continue;
+      double widest_m = 0.0;
+      std::size_t widest = groups.size();
+      for (std::size_t k = 0; k < groups.size(); ++k) {
+        const double sum_m = k == i ? 0.0 : addUp(groups[i], groups[k]);
+        if (sum_m > widest_m) widest = k;
+        widest_m = std::max(widest_m, sum_m);
+      }
+      if (widest == groups.size()) continue;
+      from = i;
+      to = widest;
+    }
+    if (from == groups.size()) return groups;
+    groups[to].insert(groups[to].end(), groups[from].begin(), groups[from].end());
+    groups.erase(groups.begin() + static_cast<std::ptrdiff_t>(from));
+  }
+}
+
+/// Clearances are eighths of a metre, so that sums are exact in any order.
+TEST(SmallGroups, OfRandomGraphsJoinByTheRule) {
+  std::mt19937 random(6);
+  const auto draw = [&](unsigned count) { return static_cast<unsigned>(random() % count); };
+  for (int round = 0; round < 60; ++round) {
+    std::map<unsigned, Ids> members;
+    for (unsigned place = 1; place <= 40; ++place) {
+      const unsigned label = draw(3) == 0 ? draw(30) : draw(4);
+      if (place % 9 != 0) members[label].push_back({place});
+    }
+    PlaceGroups groups;
+    for (auto& [label, places] : members) groups.push_back(places);
+    std::vector<PlaceEdge> edges;
+    for (int i = 0; i < 60; ++i) {
+      const PlaceId a{1 + draw(40)};
+      const PlaceId b{1 + draw(40)};
+      if (a < b) edges.push_back({a, b, 0.125 * (1 + draw(8))});
+    }
+    EXPECT_EQ(absorbSmallGroups(groups, edges, 4), absorbOneByOne(groups, edges, 4)) << round;
+  }
 }
 
 TEST(RegionIds, OfMergedGroupsAreThatOfTheLarger) {

@@ -177,6 +177,28 @@ TEST_P(RandomRegions, StayUntouchedByACopyOfTheSameGraph) {
   }
 }
 
+/// Graphs share the embeddings that have not changed; those of messages from elsewhere do not.
+TEST_P(RandomRegions, AreTheSameWhetherGraphsShareEmbeddingsOrNot) {
+  const auto copyEmbeddings = [](PlaceGraph graph) {
+    for (Place& place : graph.places) place.embedding = Embedding(*place.embedding);
+    return graph;
+  };
+  RegionLayer sharing{SceneGraphConfig{}};
+  RegionLayer reading{SceneGraphConfig{}};
+  sharing.setTasks(world_.tasks());
+  reading.setTasks(world_.tasks());
+  for (int round = 0; round < 12; ++round) {
+    const PlaceUpdate shared = sharing.setPlaces(share(graph_));
+    const PlaceUpdate read = reading.setPlaces(share(copyEmbeddings(graph_)));
+    EXPECT_EQ(shared.updated, read.updated);
+    EXPECT_EQ(shared.inserted, read.inserted);
+    const auto expected = computeRegions(SceneGraphConfig{}, world_.tasks(), graph_);
+    ASSERT_EQ(listMembers(sharing.computeRegions()), listMembers(expected));
+    ASSERT_EQ(listMembers(reading.computeRegions()), listMembers(expected));
+    changeSomething(graph_);
+  }
+}
+
 TEST_P(RandomRegions, LieAtThePlaceNearestToTheMean) {
   std::map<PlaceId, Place> places;
   for (const auto& place : graph_.places) places[place.id] = place;
@@ -266,7 +288,7 @@ PlaceGraph smoothByHand(const PlaceGraph& graph, double smoothing_per_m) {
             (edge.a == id && edge.b == other.id) || (edge.b == id && edge.a == other.id);
         if (joins) weight += smoothing_per_m * edge.clearance_m;
       }
-      sum += weight * other.embedding.cast<double>();
+      sum += weight * other.embedding->cast<double>();
       total += weight;
     }
     smooth.places[i].embedding = total > 0.0 ? Embedding((sum / total).cast<float>()) : Embedding();
@@ -555,7 +577,7 @@ TEST(Places, OfAnotherEmbeddingSizeAreInNoRegionNamingBothSizes) {
   layer.setTasks(makePlaceTasks());
   PlaceGraph graph = *makePlaces();
   graph.places[1].embedding = makeEmbedding({1, 2});
-  graph.places[2].embedding[0] = std::numeric_limits<float>::quiet_NaN();
+  graph.places[2].embedding = makeEmbedding({std::numeric_limits<float>::quiet_NaN(), 0, 0});
   const PlaceUpdate update = layer.setPlaces(share(graph));
   EXPECT_EQ(update.rejected, 2U);
   EXPECT_EQ(update.inserted, 1U);
