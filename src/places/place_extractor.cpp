@@ -59,10 +59,12 @@ void PlaceExtractor::update(const mapping::TsdfVolume& free_space,
   const auto changed = voxels_.copyBlocks(free_space, changed_blocks);
   ++counters_.updates;
   stamp_ = stamp;
-  const CellSet touched = layers_->update(voxels_, {changed.begin(), changed.end()});
-  Changes changes = findChanges({touched.begin(), touched.end()});
+  const CellSet cells = layers_->update(voxels_, {changed.begin(), changed.end()});
+  const std::vector<GridIndex> touched(cells.begin(), cells.end());
+  Changes changes = findChanges(touched);
   matchIds(changes);
   addPlaces(changes);
+  updateEdges(touched);
 }
 
 /// Takes the places that are no longer there out of the graph.
@@ -81,9 +83,7 @@ PlaceExtractor::Changes PlaceExtractor::findChanges(const std::vector<GridIndex>
     } else if (is_place) {
       places_.at(id->second).place.clearance_m = static_cast<double>(node->seed.clearance_m);
     } else {
-      changes.removed.push_back(std::move(places_.at(id->second)));
-      places_.erase(id->second);
-      id_of_key_.erase(id);
+      changes.removed.push_back(removePlace(id->second));
     }
   }
   return changes;
@@ -113,27 +113,53 @@ void PlaceExtractor::addPlaces(const Changes& changes) {
       ++counters_.places_created;
     }
     state.setViews(views_.collect(state.place.position_m));
-    id_of_key_[state.key] = state.place.id;
-    places_[state.place.id] = std::move(state);
+    insertPlace(std::move(state));
   }
 }
 
-/// Ascending by (a, b).
-std::vector<PlaceEdge> PlaceExtractor::collectEdges() const {
-  std::vector<PlaceEdge> edges;
-  for (const auto& [id, state] : places_) {
-    const PlaceLinks::Node& node = *layers_->links().find(state.key);
-    const auto first = static_cast<std::ptrdiff_t>(edges.size());
-    const auto add = [&, own = id](const GridIndex& to, double clearance_m) {
+void PlaceExtractor::insertPlace(PlaceState state) {
+  const PlaceId id = state.place.id;
+  id_of_key_[state.key] = id;
+  cubes_[computeCube(state.place.position_m)].push_back(id);
+  places_[id] = std::move(state);
+}
+
+PlaceExtractor::PlaceState PlaceExtractor::removePlace(PlaceId id) {
+  const auto found = places_.find(id);
+  PlaceState state = std::move(found->second);
+  places_.erase(found);
+  id_of_key_.erase(state.key);
+  const auto cube = cubes_.find(computeCube(state.place.position_m));
+  std::vector<PlaceId>& ids = cube->second;
+  ids.erase(std::find(ids.begin(), ids.end(), id));
+  if (ids.empty()) cubes_.erase(cube);
+  return state;
+}
+
+/// Cubes so large that a view reaches five of them at most in each direction.
+GridIndex PlaceExtractor::computeCube(const Eigen::Vector3d& p_world) const {
+  constexpr double kSmallest_m = 2.0;
+  constexpr double kFarthest = 1e9;
+  const double side_m = std::max(kSmallest_m, 0.5 * config_.max_view_range_m);
+  return (p_world / side_m).array().floor().max(-kFarthest).min(kFarthest).cast<int>();
+}
+
+/// A place whose edges change is among those touched, at both ends.
+void PlaceExtractor::updateEdges(const std::vector<GridIndex>& touched) {
+  for (const GridIndex& key : touched) {
+    const auto id = id_of_key_.find(key);
+    if (id == id_of_key_.end()) continue;
+    std::vector<PlaceEdge>& edges = places_.at(id->second).edges;
+    edges.clear();
+    layers_->links().find(key)->forEachEdge([&](const GridIndex& to, double clearance_m) {
       const PlaceId other = id_of_key_.at(to);
-      if (own < other) edges.push_back({own, other, clearance_m});
-    };
-    node.forEachEdge(add);
-    std::sort(edges.begin() + first, edges.end(), isBefore);
+      if (id->second < other) edges.push_back({id->second, other, clearance_m});
+    });
+    std::sort(edges.begin(), edges.end(), isBefore);
     const auto isSame = [](const PlaceEdge& a, const PlaceEdge& b) { return a.b == b.b; };
-    edges.erase(std::unique(edges.begin() + first, edges.end(), isSame), edges.end());
+    edges.erase(std::unique(edges.begin(), edges.end(), isSame), edges.end());
+    edges.shrink_to_fit();
   }
-  return edges;
 }
 
 void PlaceExtractor::addView(const RgbdFrame& frame, const Embedding& image_embedding) {
@@ -145,7 +171,16 @@ void PlaceExtractor::addView(const RgbdFrame& frame, const Embedding& image_embe
   }
   embedding_size_ = image_embedding.size();
   const View& view = views_.add(makeView(frame, image_embedding));
-  for (auto& [id, state] : places_) state.addView(views_, view);
+  const Eigen::Vector3d eye_m = frame.T_world_camera.translation();
+  const Eigen::Vector3d reach_m = Eigen::Vector3d::Constant(config_.max_view_range_m);
+  const GridIndex low = computeCube(eye_m - reach_m);
+  const GridIndex size = computeCube(eye_m + reach_m) - low + GridIndex::Ones();
+  for (int i = 0; i < size.prod(); ++i) {
+    const GridIndex offset(i % size.x(), i / size.x() % size.y(), i / (size.x() * size.y()));
+    const auto cube = cubes_.find(low + offset);
+    if (cube == cubes_.end()) continue;
+    for (const PlaceId id : cube->second) places_.at(id).addView(views_, view);
+  }
   ++counters_.views;
   counters_.forgotten_views = views_.numForgotten();
 }
@@ -153,9 +188,11 @@ void PlaceExtractor::addView(const RgbdFrame& frame, const Embedding& image_embe
 PlaceGraph PlaceExtractor::graph() const {
   PlaceGraph graph;
   graph.stamp = stamp_;
-  graph.edges = collectEdges();
   graph.places.reserve(places_.size());
-  for (const auto& [id, state] : places_) graph.places.push_back(state.place);
+  for (const auto& [id, state] : places_) {
+    graph.places.push_back(state.place);
+    graph.edges.insert(graph.edges.end(), state.edges.begin(), state.edges.end());
+  }
   return graph;
 }
 

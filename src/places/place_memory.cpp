@@ -150,9 +150,11 @@ void PlaceExtractor::restore(const PlaceMemory& memory, double voxel_size_m) {
   next_id_ = memory.next_id;
   WayMap way(config_);
   if (!memory.isEmpty()) way.restore(memory.way, memory.voxel_size_m);
-  const CellSet touched = layers_->updateAll(voxels_, way);
-  Changes changes = findChanges({touched.begin(), touched.end()});
+  const CellSet cells = layers_->updateAll(voxels_, way);
+  const std::vector<GridIndex> touched(cells.begin(), cells.end());
+  Changes changes = findChanges(touched);
   rememberPlaces(memory, changes);
+  updateEdges(touched);
 }
 
 /// By the voxel in which they lie; the others by their distance, as after any update.

@@ -99,6 +99,7 @@ class PlaceExtractor {
    public:
     Place place;
     mapping::GridIndex key = mapping::GridIndex::Zero();  ///< voxel in which it lies
+    std::vector<PlaceEdge> edges;                         ///< to places of larger id, ascending
 
     const ViewSum& views() const { return views_; }
     void setViews(ViewSum sum);
@@ -117,7 +118,10 @@ class PlaceExtractor {
   Changes findChanges(const std::vector<mapping::GridIndex>& touched);
   void matchIds(Changes& changes);
   void addPlaces(const Changes& changes);
-  std::vector<PlaceEdge> collectEdges() const;
+  void insertPlace(PlaceState state);
+  PlaceState removePlace(PlaceId id);
+  void updateEdges(const std::vector<mapping::GridIndex>& touched);
+  mapping::GridIndex computeCube(const Eigen::Vector3d& p_world) const;
   void rememberPlaces(const PlaceMemory& memory, Changes& changes);
 
   PlacesConfig config_;
@@ -126,6 +130,8 @@ class PlaceExtractor {
   ViewDatabase views_;
   std::map<PlaceId, PlaceState> places_;
   std::unordered_map<mapping::GridIndex, PlaceId, mapping::GridIndexHash> id_of_key_;
+  /// Places by the cube in which they lie, so that a view is shown to those around it only.
+  std::unordered_map<mapping::GridIndex, std::vector<PlaceId>, mapping::GridIndexHash> cubes_;
   Stamp stamp_;
   std::uint64_t next_id_ = 1;
   Eigen::Index embedding_size_ = 0;  ///< 0 until the first view
