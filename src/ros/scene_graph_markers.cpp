@@ -43,7 +43,8 @@ std::vector<double> findCrossings(const std::vector<Eigen::Vector2d>& polygon_m,
   return crossings_m;
 }
 
-/// The inside of a polygon as rectangles of one height.
+/// The inside of a polygon as rectangles of one height. Neighbours share their border to the bit,
+/// or a seam would be seen.
 std::vector<Strip> cutIntoStrips(const std::vector<Eigen::Vector2d>& polygon_m) {
   if (polygon_m.size() < 3) return {};
   const auto isLower = [](const auto& a, const auto& b) { return a.y() < b.y(); };
@@ -51,10 +52,10 @@ std::vector<Strip> cutIntoStrips(const std::vector<Eigen::Vector2d>& polygon_m) 
   std::vector<Strip> strips;
   const int count = static_cast<int>(std::ceil((high->y() - low->y()) / kStrip_m));
   for (int i = 0; i < count; ++i) {
-    const double y_m = low->y() + kStrip_m * i;
-    const auto crossings_m = findCrossings(polygon_m, y_m + 0.5 * kStrip_m);
+    const auto crossings_m = findCrossings(polygon_m, low->y() + kStrip_m * (i + 0.5));
     for (std::size_t k = 0; k + 1 < crossings_m.size(); k += 2) {
-      strips.push_back({crossings_m[k], crossings_m[k + 1], y_m, y_m + kStrip_m});
+      strips.push_back({crossings_m[k], crossings_m[k + 1], low->y() + kStrip_m * i,
+                        low->y() + kStrip_m * (i + 1)});
     }
   }
   return strips;
@@ -440,11 +441,13 @@ class Painter {
     const auto addCorner = [&](double x, double y) {
       floor.points.push_back(toPoint(Eigen::Vector3d(x, y, z_m)));
     };
-    for (const bool is_upper : {false, true}) {
-      addCorner(strip.x0_m, is_upper ? strip.y1_m : strip.y0_m);
-      addCorner(strip.x1_m, is_upper ? strip.y1_m : strip.y0_m);
-      addCorner(is_upper ? strip.x0_m : strip.x1_m, is_upper ? strip.y0_m : strip.y1_m);
-    }
+    // counterclockwise, or every other one would be shaded as if seen from below
+    addCorner(strip.x0_m, strip.y0_m);
+    addCorner(strip.x1_m, strip.y0_m);
+    addCorner(strip.x0_m, strip.y1_m);
+    addCorner(strip.x1_m, strip.y1_m);
+    addCorner(strip.x0_m, strip.y1_m);
+    addCorner(strip.x1_m, strip.y0_m);
   }
 
   void paintRegionEdges() {

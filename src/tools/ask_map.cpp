@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "command_line.h"
+#include "task_scene_graph/config/scalar.h"
 #include "task_scene_graph/language/word_encoder.h"
 #include "task_scene_graph/map/files.h"
 #include "task_scene_graph/map/settings.h"
@@ -53,7 +54,8 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
       "explain", options::value(&arguments.explain)->multitoken(),
       "object ID, primitive ID, primitives ID ID, region ID, places ID ID")(
       "path-to", options::value(&arguments.path_to)->multitoken(),
-      "object ID, region ID, place ID, point X Y Z, or words: the best answer to them")(
+      "object ID, region ID, place ID, point X Y Z, object TASK or region TASK (what serves it "
+      "best), or other words: the best answer to them")(
       "from", options::value(&arguments.from)->multitoken(),
       "X Y Z: where the path begins (default: where the camera was last)")(
       "robot-radius", options::value(&arguments.robot_radius_m),
@@ -101,6 +103,16 @@ std::uint64_t toId(const std::string& text) {
                          text.find_first_not_of("0123456789") == std::string::npos;
   if (!is_number) throw std::invalid_argument("'" + text + "', expected an id");
   return std::stoull(text);
+}
+
+double toMetres(const std::string& text) {
+  const auto number = config::parseNumber(text);
+  if (!number) throw std::invalid_argument("'" + text + "', expected a number of metres");
+  return *number;
+}
+
+bool contains(const std::vector<std::string>& words, const std::string& word) {
+  return std::find(words.begin(), words.end(), word) != words.end();
 }
 
 /// A saved map and the graph that follows from it, as a live one has them.
@@ -154,7 +166,12 @@ class SavedMap {
         map::readSettings<planning::PlannerConfig>(arguments_.map, "mesh_fusion", "planner");
     planning::PlanRequest request;
     request.start_m = findStart();
-    request.goal = findGoal();
+    const std::optional<planning::Goal> goal = findGoal();
+    if (!goal) {
+      std::cout << "nothing in the map reaches alpha\n";
+      return false;
+    }
+    request.goal = *goal;
     request.robot_radius_m =
         arguments_.robot_radius_m > 0.0 ? arguments_.robot_radius_m : config.robot_radius_m;
     const planning::Planner planner(*map_.places(), map_.placeMemory()->plan, config);
@@ -215,22 +232,31 @@ class SavedMap {
     return poses.rbegin()->second.translation();
   }
 
-  planning::Goal findGoal() const {
+  /// Nothing if the words fit nothing.
+  std::optional<planning::Goal> findGoal() const {
     const auto& words = arguments_.path_to;
     const std::string& kind = words.front();
     if (kind == "point" && words.size() == 4) {
-      return {Eigen::Vector3d(std::stod(words[1]), std::stod(words[2]), std::stod(words[3])), {}};
+      const Eigen::Vector3d point_m(toMetres(words[1]), toMetres(words[2]), toMetres(words[3]));
+      return planning::Goal{point_m, {}};
     }
     const bool is_id =
         words.size() == 2 && words[1].find_first_not_of("0123456789") == std::string::npos;
+    const std::string task = join({words.begin() + 1, words.end()});
     if (kind == "object" && is_id) return planning::findObjectGoal(*graph_, {toId(words[1])});
     if (kind == "region" && is_id) return planning::findRegionGoal(*graph_, {toId(words[1])});
     if (kind == "place" && is_id) return planning::findPlaceGoal(*graph_->places, {toId(words[1])});
+    if (kind == "object" && contains(graph_->object_tasks, task)) {
+      return planning::findObjectGoal(*graph_, planning::findObject(*graph_, task));
+    }
+    if (kind == "region" && contains(graph_->place_tasks, task)) {
+      return planning::findRegionGoal(*graph_, planning::findRegion(*graph_, task));
+    }
     return findGoal(ask(words, {}));
   }
 
   /// Of the kinds whose best answer reaches its alpha the one that stands above it most.
-  planning::Goal findGoal(const scene_graph::Answers& answers) const {
+  std::optional<planning::Goal> findGoal(const scene_graph::Answers& answers) const {
     std::cout << scene_graph::describeAnswers(answers, *graph_) << '\n';
     const auto above = [](const std::vector<scene_graph::Answer>& list, double alpha) {
       return list.empty() ? -2.0 : list.front().score - alpha;
@@ -239,12 +265,14 @@ class SavedMap {
     const double primitive = above(answers.primitives, graph_->config.object_alpha);
     const double region = above(answers.regions, graph_->config.place_alpha);
     const double best = std::max({object, primitive, region});
-    if (best < 0.0) throw std::invalid_argument("nothing in the map reaches alpha");
+    if (best < 0.0) return std::nullopt;
     if (object == best) {
       return planning::findObjectGoal(*graph_, {answers.objects.front().id});
     }
-    if (primitive == best)
-      return {answers.primitives.front().position_m, answers.primitives.front().box};
+    if (primitive == best) {
+      const scene_graph::Answer& answer = answers.primitives.front();
+      return planning::Goal{answer.position_m, answer.box};
+    }
     return planning::findRegionGoal(*graph_, {answers.regions.front().id});
   }
 

@@ -160,7 +160,9 @@ TEST(SceneGraphMarkers, FillTheFootprintOfARegion) {
     const auto& a = floor->points[i];
     const auto& b = floor->points[i + 1];
     const auto& c = floor->points[i + 2];
-    area_m2 += 0.5 * std::abs((b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y));
+    const double twice_m2 = (b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y);
+    EXPECT_GT(twice_m2, 0.0) << "seen from above it turns to the right";
+    area_m2 += 0.5 * twice_m2;
     EXPECT_EQ(a.z, graph.regions[0].position_m.z());
     EXPECT_FALSE((a.x + b.x + c.x) / 3 > 1.0 && (a.y + b.y + c.y) / 3 > 1.0);
   }
