@@ -3,12 +3,10 @@
 // ways over places and of planned paths, time of updates (docs/places.md has the table).
 #include <algorithm>
 #include <array>
-#include <boost/program_options.hpp>
 #include <cmath>
 #include <cstdio>
 #include <ctime>
 #include <functional>
-#include <iostream>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -18,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "place_heap.h"
 #include "task_scene_graph/core/period.h"
 #include "task_scene_graph/pipeline/background_fusion.h"
 #include "task_scene_graph/places/place_extractor.h"
@@ -26,6 +25,7 @@
 #include "task_scene_graph/simulation/renderer.h"
 #include "task_scene_graph/simulation/variation.h"
 #include "task_scene_graph/simulation/walk.h"
+#include "tools/command_line.h"
 
 namespace options = boost::program_options;
 using namespace tsg;
@@ -52,6 +52,7 @@ struct Walked {
   std::vector<double> updates_ms;  ///< CPU time
   PlaceGraph graph;
   places::GroundPlan plan;
+  test::PlaceHeap heap;
 };
 
 double measureCpu_ms() {
@@ -100,6 +101,7 @@ Walked walkThrough(const Arguments& arguments, const simulation::Apartment& apar
   update(Stamp{1});
   walked.graph = extractor.graph();
   walked.plan = extractor.plan();
+  walked.heap = test::measurePlaceHeap(extractor.memory(), config.places);
   return walked;
 }
 
@@ -279,6 +281,7 @@ struct Result {
   std::vector<double> raw;       ///< length over the true shortest
   std::vector<double> planned;
   std::vector<double> updates_ms;
+  test::PlaceHeap heap;
 };
 
 void comparePlaces(const Walked& walked, const simulation::FloorMap& map, Result& result) {
@@ -326,20 +329,26 @@ Result evaluate(const Arguments& arguments, int seed) {
   Result result;
   result.num_places = walked.graph.places.size();
   result.updates_ms = walked.updates_ms;
+  result.heap = walked.heap;
   comparePlaces(walked, map, result);
   compareWays(arguments, walked, TrueWays(apartment, map), result);
   return result;
 }
 
+double toKilobytes(double bytes, std::size_t num_places) {
+  return 1e-3 * bytes / static_cast<double>(num_places);
+}
+
 void printRow(const char* name, const Result& r) {
   std::printf(
       "| %s | %zu | %zu | %zu | %+.2f, %+.2f | %d, %d of %d | %.2f, %.2f | %.2f, %.2f | "
-      "%.1f, %.1f |\n",
+      "%.1f, %.1f | %.2f, %.2f |\n",
       name, r.num_places, r.num_parts, r.num_inside, findQuantile(r.errors_m, 0.5),
       findQuantile(r.errors_m, 0.95), r.num_without_way, r.num_without_path, r.num_pairs,
       findQuantile(r.raw, 0.5), findQuantile(r.raw, 1.0), findQuantile(r.planned, 0.5),
       findQuantile(r.planned, 1.0), findQuantile(r.updates_ms, 0.5),
-      findQuantile(r.updates_ms, 0.95));
+      findQuantile(r.updates_ms, 0.95), toKilobytes(r.heap.graph(), r.num_places),
+      toKilobytes(r.heap.cells, r.num_places));
   std::fflush(stdout);
 }
 
@@ -352,6 +361,9 @@ void add(const Result& one, Result& all) {
   all.num_parts = std::max(all.num_parts, one.num_parts);
   all.num_inside += one.num_inside;
   all.num_pairs += one.num_pairs;
+  all.heap.nodes += one.heap.nodes;
+  all.heap.links += one.heap.links;
+  all.heap.cells += one.heap.cells;
   all.num_without_way += one.num_without_way;
   all.num_without_path += one.num_without_path;
   append(one.errors_m, all.errors_m);
@@ -360,7 +372,8 @@ void add(const Result& one, Result& all) {
   append(one.updates_ms, all.updates_ms);
 }
 
-bool parseArguments(int argc, char** argv, Arguments& a) {
+std::optional<Arguments> parseArguments(int argc, char** argv) {
+  Arguments a;
   options::options_description description(
       "Scores places and paths in generated apartments against the true obstacles.\n"
       "usage: evaluate_places [options]\noptions");
@@ -373,34 +386,28 @@ bool parseArguments(int argc, char** argv, Arguments& a) {
       "width", options::value(&a.width_px)->default_value(a.width_px), "of the images, px")(
       "max-step", options::value(&a.max_step_m)->default_value(a.max_step_m),
       "m; lower things are no true obstacles");
-  options::variables_map values;
-  options::store(options::parse_command_line(argc, argv, description), values);
-  if (values.count("help") > 0) std::cout << description << "\n";
-  options::notify(values);
-  return values.count("help") == 0;
+  if (!tools::parseOptions(argc, argv, description)) return std::nullopt;
+  return a;
+}
+
+void run(const Arguments& arguments) {
+  std::printf(
+      "| seed | places | parts | in obstacles | clearance less the true: median, 95 %% | "
+      "no way, no path | over places / true shortest: median, worst | planner: median, "
+      "worst | update, ms CPU: median, 95 %% | kB per place: graph, and choice of places |\n"
+      "|---|---|---|---|---|---|---|---|---|---|\n");
+  Result all;
+  for (int i = 0; i < arguments.apartments; ++i) {
+    const int seed = arguments.first_seed + i;
+    const Result result = evaluate(arguments, seed);
+    printRow(std::to_string(seed).c_str(), result);
+    add(result, all);
+  }
+  printRow("all", all);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    Arguments arguments;
-    if (!parseArguments(argc, argv, arguments)) return 0;
-    std::printf(
-        "| seed | places | parts | in obstacles | clearance less the true: median, 95 %% | "
-        "no way, no path | over places / true shortest: median, worst | planner: median, "
-        "worst | update, ms CPU: median, 95 %% |\n|---|---|---|---|---|---|---|---|---|\n");
-    Result all;
-    for (int i = 0; i < arguments.apartments; ++i) {
-      const int seed = arguments.first_seed + i;
-      const Result result = evaluate(arguments, seed);
-      printRow(std::to_string(seed).c_str(), result);
-      add(result, all);
-    }
-    printRow("all", all);
-  } catch (const std::exception& error) {
-    std::cerr << "evaluate_places: " << error.what() << "\n";
-    return 1;
-  }
-  return 0;
+  return tools::runProgram("evaluate_places", argc, argv, parseArguments, run);
 }
