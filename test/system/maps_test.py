@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Saved maps: going on from one, merging two, asking one without a ROS master, kill -9 and faults while saving."""
 import json
+import math
 import os
 import pathlib
 import random
+import re
 import resource
 import shutil
 import signal
@@ -14,7 +16,8 @@ import unittest
 
 import rosbag
 
-PROGRAMS = pathlib.Path(os.environ["TSG_BUILD_DIR"]) / "devel" / "lib" / "task_scene_graph"
+from ros_session import PROGRAMS, SOURCE, Session, wait_until
+
 DURATION_S = 16.0
 
 
@@ -226,6 +229,82 @@ class Maps(unittest.TestCase):
                  for node in room["objects"]}]
         self.assertTrue(any(one.returncode == 0 and "path of" in one.stdout for one in done),
                         [one.stdout + one.stderr for one in done])
+
+    def read_places(self):
+        """Positions by id."""
+        graph = json.loads((self.path("whole") / "scene_graph.json").read_text())
+        return {node["id"] & (1 << 56) - 1: node["attributes"]["position"] for node in graph["nodes"]
+                if chr(node["id"] >> 56) == "p"}
+
+    def path_length(self, done):
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        return float(re.search(r"path of ([0-9.]+) m", done.stdout).group(1))
+
+    def path_points(self, done):
+        return [list(map(float, line.split()[:3])) for line in done.stdout.splitlines() if "  yaw " in line]
+
+    def test_paths_lead_from_place_to_place(self):
+        places = self.read_places()
+        first, last = places[min(places)], places[max(places)]
+        start = ["--from", *first]
+        to_place = self.ask("--path-to", "place", max(places), *start)
+        straight = math.hypot(first[0] - last[0], first[1] - last[1])
+        self.assertGreaterEqual(self.path_length(to_place), straight - 1.0)
+        points = self.path_points(to_place)
+        self.assertLess(math.hypot(points[-1][0] - last[0], points[-1][1] - last[1]), 0.5)
+        self.assertLess(math.hypot(points[0][0] - first[0], points[0][1] - first[1]), 0.5)
+        to_point = self.ask("--path-to", "point", *last, *start)
+        self.assertAlmostEqual(self.path_length(to_point), self.path_length(to_place), delta=0.01)
+
+    def test_paths_lead_to_what_serves_a_task_and_to_regions(self):
+        summary = json.loads((self.path("whole") / "summary.json").read_text())
+        best = {}
+        for room in summary["rooms"]:
+            for thing in room["objects"]:
+                if thing["task"] not in best or thing["score"] > best[thing["task"]]["score"]:
+                    best[thing["task"]] = thing
+        answers = [(self.ask("--path-to", "object", *task.split()), self.ask("--path-to", "object", thing["id"]))
+                   for task, thing in best.items()]
+        self.assertTrue(any(by_task.returncode == 0 for by_task, _ in answers))
+        for by_task, by_id in answers:
+            self.assertEqual((by_task.returncode, by_task.stdout), (by_id.returncode, by_id.stdout))
+        rooms = [room["id"] for room in summary["rooms"] if room.get("id")]
+        self.assertTrue(rooms)
+        for room in rooms:
+            self.assertGreater(self.path_length(self.ask("--path-to", "region", room)), 0.0)
+
+    def test_goals_that_are_not_there_and_starts_in_the_void_are_named(self):
+        for goal, words in [(["object", "999999"], "999999"), (["place", "999999"], "999999"),
+                            (["region", "999999"], "999999"), (["point", "1", "x", "0"], "'x', expected a number"),
+                            (["the", "moon"], "text encoder")]:
+            done = self.ask("--path-to", *goal)
+            self.assertEqual(done.returncode, 2, goal)
+            self.assertIn(words, done.stderr)
+        lost = self.ask("--path-to", "place", min(self.read_places()), "--from", "1000", "1000", "1")
+        self.assertEqual(lost.returncode, 1, lost.stdout + lost.stderr)
+        self.assertNotEqual(lost.stdout.strip(), "")
+
+    def test_the_viewer_of_a_saved_map_plans_in_it(self):
+        folder = self.path("viewer")
+        folder.mkdir()
+        session = Session(os.path.realpath(str(folder)))
+        try:
+            viewer = session.start([PROGRAMS / "view_map", "--map", self.path("whole"), "__ns:=/task_scene_graph"],
+                                   "view_map")
+            service = "/task_scene_graph/plan_path"
+            wait_until(lambda: service in session.run("rosservice", "list").stdout.split(), "the viewer")
+            goal = max(self.read_places())
+            planned = session.run(SOURCE / "scripts" / "plan_path", "place", goal)
+            self.assertAlmostEqual(self.path_length(planned), self.path_length(self.ask("--path-to", "place", goal)),
+                                   delta=0.01)
+            shown = session.run("rostopic", "echo", "-n", "1", "--noarr", "/task_scene_graph/path/header")
+            self.assertIn("frame_id", shown.stdout)
+            refused = session.run(SOURCE / "scripts" / "plan_path", "object", "999999")
+            self.assertEqual(refused.returncode, 1)
+            self.assertIn("999999", refused.stderr)
+            self.assertTrue(viewer.is_running(), viewer.output())
+        finally:
+            session.close()
 
     def test_what_is_no_map_is_named(self):
         done = run("ask_map", "--map", self.folder, "mug")
