@@ -67,4 +67,34 @@ Model makeFrontDoor(Random& random);
 Model makeSmallThing(const std::string& name, Random& random);
 const std::vector<std::string>& smallThings();
 
+// Things that touch.
+enum class Layout {
+  kStack,  ///< one on the other
+  kRow,    ///< side by side along x
+  kPile    ///< a row and, on its joints, a row of one less
+};
+
+struct SetMember {
+  const char* phrase;
+  const char* task;  ///< that is about this thing alone; nullptr: none
+  NamedColor color;
+  Shape shape;  ///< kBox or kFrustum
+  Eigen::Vector3d size_m;
+};
+
+/// Things that are one to `task` and several to the tasks of its members.
+struct ThingSet {
+  const char* phrase;
+  const char* task;
+  Layout layout;
+  bool stands_on_floor;
+  std::vector<SetMember> members;  ///< from below, or from the left
+};
+
+const std::vector<ThingSet>& thingSets();
+/// The members, each touching the next, all in the frame of the first; sizes vary by a few percent.
+Arrangement arrangeSet(const ThingSet& set, Random& random);
+/// A table against a wall with room on it for sets.
+Model makeWorkTable(Random& random, double length_m);
+
 }  // namespace tsg::simulation::catalogue

@@ -1,23 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "floor_plan.h"
+
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "task_scene_graph/config/config.h"
-#include "task_scene_graph/simulation/apartment.h"
 #include "task_scene_graph/simulation/random.h"
 
 namespace tsg::simulation {
 namespace {
-
-constexpr double kCorridorWidth_m = 1.9;
-constexpr double kOuterWall_m = 0.25;
-constexpr double kSlab_m = 0.2;
-
-struct RoomType {
-  RoomKind kind;
-  const char* phrase;
-  double width_m;
-};
 
 /// In the order in which they are added as the apartment grows; the widest rooms first.
 constexpr std::array<RoomType, 7> kTypes = {{{RoomKind::kLivingRoom, "living room", 5.2},
@@ -36,11 +28,11 @@ Color pickWallColor(Random& random) {
 }
 
 /// Splits the room types over two rows, each wide room to the row that is shorter so far.
-std::array<std::vector<RoomType>, 2> splitIntoRows(int count, Random& random) {
+std::array<std::vector<RoomType>, 2> splitIntoRows(const std::vector<RoomType>& types,
+                                                   Random& random) {
   std::array<std::vector<RoomType>, 2> rows;
   std::array<double, 2> lengths = {0.0, 0.0};
-  for (int i = 0; i < count; ++i) {
-    RoomType type = kTypes[static_cast<std::size_t>(i)];
+  for (RoomType type : types) {
     type.width_m *= random.uniform(0.95, 1.1);
     const std::size_t row = lengths[0] <= lengths[1] ? 0 : 1;
     auto& rooms = rows[row];
@@ -57,13 +49,13 @@ double computeLength(const std::vector<RoomType>& row, double wall_m) {
   return length_m;
 }
 
-void addRow(const std::vector<RoomType>& row, double length_m, bool north, Random& random,
-            Apartment& apartment) {
+void addRow(const std::vector<RoomType>& row, const PlanStyle& style, double length_m, bool north,
+            Random& random, Apartment& apartment) {
   const double wall_m = apartment.wall_m;
   const double widths_m = computeLength(row, 0.0);
   const double walls_m = computeLength(row, wall_m) - widths_m;
   const double share = (length_m - walls_m) / widths_m;
-  const double depth_m = random.uniform(3.8, 4.4);
+  const double depth_m = random.uniform(style.min_depth_m, style.max_depth_m);
   double x = -0.5 * length_m;
   for (const RoomType& type : row) {
     const double width_m = type.width_m * share;
@@ -81,20 +73,33 @@ void addRow(const std::vector<RoomType>& row, double length_m, bool north, Rando
   }
 }
 
+/// A whole side of a bay, from floor to ceiling.
+Doorway makeOpenSide(const Room& room) {
+  Doorway opening;
+  opening.center_m = room.interior_m.center();
+  opening.width_m = room.interior_m.sizes().x();
+  opening.height_m = room.height_m;
+  return opening;
+}
+
 /// One doorway from each room to the corridor, well away from the room's corners.
-void addCorridorDoors(Random& random, Apartment& apartment) {
+void addCorridorDoors(const PlanStyle& style, Random& random, Apartment& apartment) {
   for (const Room& room : apartment.rooms) {
     if (room.kind == RoomKind::kCorridor) continue;
-    Doorway door;
+    Doorway door = style.is_open ? makeOpenSide(room) : Doorway{};
     door.room_a = 1;
     door.room_b = room.id;
+    const double side = room.outer_side == Side::kNorth ? 1.0 : -1.0;
+    door.center_m.y() = side * 0.5 * (kCorridorWidth_m + apartment.wall_m);
+    if (style.is_open) {
+      apartment.doorways.push_back(door);
+      continue;
+    }
     const double margin_m = 0.5 * door.width_m + 0.25;
     const bool left = random.chance(0.5);
     const double slack_m = random.uniform(0.0, 0.4);
     door.center_m.x() = left ? room.interior_m.min().x() + margin_m + slack_m
                              : room.interior_m.max().x() - margin_m - slack_m;
-    const double side = room.outer_side == Side::kNorth ? 1.0 : -1.0;
-    door.center_m.y() = side * 0.5 * (kCorridorWidth_m + apartment.wall_m);
     apartment.doorways.push_back(door);
   }
 }
@@ -122,6 +127,19 @@ void addKitchenPassage(Apartment& apartment) {
   }
 }
 
+/// The corridor's east end, through the outer wall; what lies behind has no room yet.
+Doorway makeEastOpening(const Apartment& apartment) {
+  Doorway opening;
+  opening.room_a = 1;
+  opening.leads_along_y = false;
+  opening.width_m = kCorridorWidth_m;
+  opening.height_m = apartment.rooms.front().height_m;
+  opening.center_m.x() = apartment.rooms.front().interior_m.max().x() + 0.5 * kOuterWall_m;
+  return opening;
+}
+
+}  // namespace
+
 void addBox(Apartment& apartment, const Aabb& box, const Material& material) {
   if ((box.sizes().array() <= 1e-9).any()) return;
   Solid solid;
@@ -130,6 +148,8 @@ void addBox(Apartment& apartment, const Aabb& box, const Material& material) {
   solid.material = material;
   apartment.solids.push_back(solid);
 }
+
+namespace {
 
 /// A wall over `area`, with the openings of the doorways that lie in it.
 void addWall(Apartment& apartment, const Rect& area, bool along_x, double height_m) {
@@ -168,8 +188,8 @@ Rect computeOutline(const Apartment& apartment) {
 }
 
 /// Walls run from one outer wall to the other without sharing volume: those along x between those
-/// along y.
-void addWalls(Apartment& apartment) {
+/// along y. Between bays there are none.
+void addWalls(const PlanStyle& style, Apartment& apartment) {
   const Rect inner = computeOutline(apartment);
   const Eigen::Vector2d a = inner.min();
   const Eigen::Vector2d b = inner.max();
@@ -181,13 +201,15 @@ void addWalls(Apartment& apartment) {
   addWall(apartment, makeRect(b.x(), a.y(), b.x() + t, b.y()), false, height_m);
   const double half_m = 0.5 * kCorridorWidth_m;
   const double w = apartment.wall_m;
-  addWall(apartment, makeRect(a.x(), half_m, b.x(), half_m + w), true, height_m);
-  addWall(apartment, makeRect(a.x(), -half_m - w, b.x(), -half_m), true, height_m);
+  const double inner_m = std::min(height_m, style.partition_height_m);
+  if (style.is_open) return;
+  addWall(apartment, makeRect(a.x(), half_m, b.x(), half_m + w), true, inner_m);
+  addWall(apartment, makeRect(a.x(), -half_m - w, b.x(), -half_m), true, inner_m);
   for (const Room& room : apartment.rooms) {
     const Rect& r = room.interior_m;
     if (room.kind == RoomKind::kCorridor || r.max().x() > b.x() - w) continue;
     addWall(apartment, makeRect(r.max().x(), r.min().y(), r.max().x() + w, r.max().y()), false,
-            height_m);
+            inner_m);
   }
 }
 
@@ -233,22 +255,26 @@ void addSlabs(Apartment& apartment) {
 
 }  // namespace
 
-int Apartment::findRoom(const Eigen::Vector2d& p_m) const {
+int Apartment::findRoom(const Eigen::Vector2d& p_m, int floor) const {
   for (const Room& room : rooms) {
-    if (room.interior_m.contains(p_m)) return room.id;
+    if (room.floor == floor && room.interior_m.contains(p_m)) return room.id;
   }
   return 0;
 }
 
-Apartment buildFloorPlan(const ApartmentConfig& config) {
-  config::validate(config, "apartment");
-  Random random(combineSeeds(static_cast<std::uint64_t>(config.seed), hashText("floor plan")));
+int Apartment::findRoom(const Eigen::Vector3d& p_m) const {
+  const double floor = std::floor((p_m.z() + kSlab_m) / kStorey_m);
+  return findRoom(p_m.head<2>(), static_cast<int>(std::max(0.0, std::min(floor, 1000.0))));
+}
+
+Apartment buildPlan(const ApartmentConfig& config, const PlanStyle& style, Random& random) {
   Apartment apartment;
   apartment.config = config;
-  const auto rows = splitIntoRows(config.num_rooms - 1, random);
+  const auto rows = splitIntoRows(style.types, random);
   // Both rows get the same length: the longer one is squeezed, the shorter one stretched.
-  const double length_m =
+  const double mean_m =
       0.5 * (computeLength(rows[0], apartment.wall_m) + computeLength(rows[1], apartment.wall_m));
+  const double length_m = style.length_m > 0.0 ? style.length_m : mean_m;
   Room corridor;
   corridor.id = 1;
   corridor.phrase = "corridor";
@@ -256,13 +282,22 @@ Apartment buildFloorPlan(const ApartmentConfig& config) {
       makeRect(-0.5 * length_m, -0.5 * kCorridorWidth_m, 0.5 * length_m, 0.5 * kCorridorWidth_m);
   corridor.wall_color = pickWallColor(random);
   apartment.rooms.push_back(corridor);
-  addRow(rows[0], length_m, true, random, apartment);
-  addRow(rows[1], length_m, false, random, apartment);
-  addCorridorDoors(random, apartment);
+  addRow(rows[0], style, length_m, true, random, apartment);
+  addRow(rows[1], style, length_m, false, random, apartment);
+  addCorridorDoors(style, random, apartment);
   addKitchenPassage(apartment);
-  addWalls(apartment);
+  if (style.opens_east) apartment.doorways.push_back(makeEastOpening(apartment));
+  addWalls(style, apartment);
   addSlabs(apartment);
   return apartment;
+}
+
+Apartment buildFloorPlan(const ApartmentConfig& config) {
+  config::validate(config, "apartment");
+  Random random(combineSeeds(static_cast<std::uint64_t>(config.seed), hashText("floor plan")));
+  PlanStyle style;
+  style.types.assign(kTypes.begin(), kTypes.begin() + config.num_rooms - 1);
+  return buildPlan(config, style, random);
 }
 
 }  // namespace tsg::simulation

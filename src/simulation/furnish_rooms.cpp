@@ -34,12 +34,6 @@ void hangPictures(Furnisher& furnisher, const Room& room, int count, Random& ran
   }
 }
 
-void addWindows(Furnisher& furnisher, const Room& room, int count, Random& random) {
-  for (int i = 0; i < count; ++i) {
-    furnisher.placeAlongWall(room, alone(catalogue::makeWindow()), room.outer_side, random);
-  }
-}
-
 void furnishKitchen(Furnisher& f, const Room& room, Random& random) {
   const Arrangement row = catalogue::makeKitchenRow(random);
   if (f.placeAlongWall(room, row, room.outer_side, random) < 0)
@@ -158,6 +152,20 @@ void furnishStorageRoom(Furnisher& f, const Room& room, Random& random) {
           {"carton", "toolbox", "carton", "towels", "carton", "bottle", "carton"}, random);
 }
 
+}  // namespace
+
+void addWindows(Furnisher& furnisher, const Room& room, int count, Random& random) {
+  for (int i = 0; i < count; ++i) {
+    furnisher.placeAlongWall(room, alone(catalogue::makeWindow()), room.outer_side, random);
+  }
+}
+
+void addCeilingLamp(Furnisher& furnisher, const Room& room) {
+  const Eigen::Vector2d middle = room.interior_m.center();
+  furnisher.placeAt(room, alone(catalogue::makeCeilingLamp(room.height_m)),
+                    makeQuarterTurn(0, Eigen::Vector3d(middle.x(), middle.y(), 0.0)));
+}
+
 void furnishRoom(Furnisher& f, const Room& room, Random& random) {
   switch (room.kind) {
     case RoomKind::kKitchen:
@@ -176,10 +184,10 @@ void furnishRoom(Furnisher& f, const Room& room, Random& random) {
       return furnishChildrensRoom(f, room, random);
     case RoomKind::kStorageRoom:
       return furnishStorageRoom(f, room, random);
+    default:  // furnishWorkRooms() knows the others
+      return;
   }
 }
-
-}  // namespace
 
 void furnishRooms(Apartment& apartment, Random& random) {
   Furnisher furnisher(apartment);
@@ -190,9 +198,7 @@ void furnishRooms(Apartment& apartment, Random& random) {
       addWindows(furnisher, room, room.kind == RoomKind::kBathroom ? 1 : 2, own);
     }
     hangPictures(furnisher, room, room.kind == RoomKind::kBathroom ? 0 : 2, own);
-    const Eigen::Vector2d middle = room.interior_m.center();
-    furnisher.placeAt(room, alone(catalogue::makeCeilingLamp(room.height_m)),
-                      makeQuarterTurn(0, Eigen::Vector3d(middle.x(), middle.y(), 0.0)));
+    addCeilingLamp(furnisher, room);
   }
 }
 

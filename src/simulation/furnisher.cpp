@@ -147,6 +147,11 @@ int Furnisher::placeAt(const Room& room, const Arrangement& things, const Pose& 
 
 bool Furnisher::placeOn(const Room& room, const std::string& support_phrase, const Model& thing,
                         double max_turn_rad, Random& random) {
+  return placeAllOn(room, support_phrase, alone(thing), max_turn_rad, random);
+}
+
+bool Furnisher::placeAllOn(const Room& room, const std::string& support_phrase,
+                           const Arrangement& things, double max_turn_rad, Random& random) {
   std::vector<Surface> candidates;
   for (const Surface& surface : surfaces_) {
     if (surface.room == room.id && surface.phrase == support_phrase) candidates.push_back(surface);
@@ -158,16 +163,47 @@ bool Furnisher::placeOn(const Room& room, const std::string& support_phrase, con
     const double x = random.uniform(area_m.min().x(), area_m.max().x());
     const double y = random.uniform(area_m.min().y(), area_m.max().y());
     const double turn_rad = random.uniform(-max_turn_rad, max_turn_rad);
-    const Pose T_model_thing(Eigen::Translation3d(x, y, surface.support.height_m) *
+    const Pose T_model_group(Eigen::Translation3d(x, y, surface.support.height_m) *
                              Eigen::AngleAxisd(turn_rad, Eigen::Vector3d::UnitZ()));
-    const Aabb in_model = computeModelBounds(thing, T_model_thing);
+    const Aabb in_model = computeGroupBounds(things, T_model_group);
     if (in_model.sizes().z() > surface.support.clearance_m || !isWithin(in_model, area_m)) continue;
-    const Pose T = surface.T_world_model * T_model_thing;
-    if (!isFreeOn(computeModelBounds(thing, T), room.interior_m)) continue;
-    add(room, thing, T);
+    const Pose T = surface.T_world_model * T_model_group;
+    if (!isFreeOn(computeGroupBounds(things, T), room.interior_m)) continue;
+    for (const PlacedModel& thing : things) add(room, thing.model, T * thing.T_group_model);
     return true;
   }
   return false;
+}
+
+bool Furnisher::placeGroupOn(const Room& room, const std::string& support_phrase,
+                             const std::string& phrase, const Arrangement& things,
+                             double max_turn_rad, Random& random) {
+  if (!placeAllOn(room, support_phrase, things, max_turn_rad, random)) return false;
+  addGroup(phrase, things.size());
+  return true;
+}
+
+bool Furnisher::placeGroupAlongAnyWall(const Room& room, const std::string& phrase,
+                                       const Arrangement& things, Random& random) {
+  if (placeAlongAnyWall(room, things, random) < 0) return false;
+  addGroup(phrase, things.size());
+  return true;
+}
+
+/// The group has the frame of its first instance.
+void Furnisher::addGroup(const std::string& phrase, std::size_t count) {
+  Group group;
+  group.phrase = phrase;
+  const std::size_t end = apartment_.instances.size();
+  group.T_world_group = apartment_.instances[end - count].T_world_instance;
+  const Pose T_group_world = group.T_world_group.inverse();
+  for (std::size_t i = end - count; i < end; ++i) {
+    const Instance& instance = apartment_.instances[i];
+    group.instances.push_back(instance.id);
+    group.local_box.extend(
+        transformBox(T_group_world * instance.T_world_instance, instance.local_box));
+  }
+  apartment_.groups.push_back(group);
 }
 
 /// Unlike for furniture, the spaces between another thing's solids count as free.

@@ -26,6 +26,12 @@ class Furnisher {
   /// On a surface of an instance with this phrase in this room, turned a little.
   bool placeOn(const Room& room, const std::string& support_phrase, const Model& thing,
                double max_turn_rad, Random& random);
+  /// Likewise with things that touch each other: all of them or none. They become a group.
+  bool placeGroupOn(const Room& room, const std::string& support_phrase, const std::string& phrase,
+                    const Arrangement& things, double max_turn_rad, Random& random);
+  /// On the floor with its back to a wall, anywhere.
+  bool placeGroupAlongAnyWall(const Room& room, const std::string& phrase,
+                              const Arrangement& things, Random& random);
 
  private:
   struct Surface {
@@ -39,6 +45,10 @@ class Furnisher {
   bool isFreeOn(const Aabb& box, const Rect& area_m) const;
   int add(const Room& room, const Model& model, const Pose& T_world_model);
   void addSolids(const Model& model, const Pose& T_world_model, Instance& instance);
+  bool placeAllOn(const Room& room, const std::string& support_phrase, const Arrangement& things,
+                  double max_turn_rad, Random& random);
+  /// Of the newest `count` instances.
+  void addGroup(const std::string& phrase, std::size_t count);
 
   Apartment& apartment_;
   std::vector<Aabb> keepouts_;
@@ -47,7 +57,14 @@ class Furnisher {
 
 inline Arrangement alone(const Model& model) { return {{model, Pose::Identity()}}; }
 
-/// Fills all rooms according to their kind.
+/// Fills a room of an apartment according to its kind.
+void furnishRoom(Furnisher& furnisher, const Room& room, Random& random);
+/// Windows, and a lamp under the ceiling.
+void addWindows(Furnisher& furnisher, const Room& room, int count, Random& random);
+void addCeilingLamp(Furnisher& furnisher, const Room& room);
+/// Fills all rooms of an apartment.
 void furnishRooms(Apartment& apartment, Random& random);
+/// Fills all rooms of a world of work, with groups of things that touch on its tables.
+void furnishWorkRooms(Apartment& apartment, Random& random);
 
 }  // namespace tsg::simulation

@@ -19,10 +19,14 @@ struct OrientedBox {
   Eigen::Quaterniond rotation;
 };
 
-/// The box along the instance's own axes.
+/// The box along the axes of the thing's own frame.
+OrientedBox computeOrientedBox(const Pose& T_world_thing, const Aabb& local_box) {
+  return {T_world_thing * local_box.center(), local_box.sizes(),
+          Eigen::Quaterniond(T_world_thing.linear())};
+}
+
 OrientedBox computeOrientedBox(const Instance& instance) {
-  return {instance.T_world_instance * instance.local_box.center(), instance.local_box.sizes(),
-          Eigen::Quaterniond(instance.T_world_instance.linear())};
+  return computeOrientedBox(instance.T_world_instance, instance.local_box);
 }
 
 Json describeInstance(const Instance& instance) {
@@ -56,6 +60,7 @@ Json describeRooms(const Apartment& apartment) {
     rooms.push_back({{"id", room.id},
                      {"name", room.phrase},
                      {"rectangle_m", {r.min().x(), r.min().y(), r.max().x(), r.max().y()}},
+                     {"floor_z_m", room.floor_z_m},
                      {"height_m", room.height_m},
                      {"instances", instances}});
   }
@@ -72,16 +77,24 @@ void writeJson(const std::filesystem::path& path, const Json& json) {
   writeFileAtomically(path, [&](std::ostream& out) { out << json.dump(1) << "\n"; });
 }
 
+void writeBox(std::ostream& out, const OrientedBox& box) {
+  const Eigen::Vector3d& c = box.center_m;
+  const Eigen::Vector3d& e = box.extents_m;
+  const Eigen::Quaterniond& q = box.rotation;
+  out << "  - center: [" << c.x() << ", " << c.y() << ", " << c.z() << "]\n    extents: [" << e.x()
+      << ", " << e.y() << ", " << e.z() << "]\n    rotation: {w: " << q.w() << ", x: " << q.x()
+      << ", y: " << q.y() << ", z: " << q.z() << "}\n";
+}
+
 void writeBoxes(std::ostream& out, const Apartment& apartment, const TaskTruth& task) {
-  out << "\"" << task.name << "\":" << (task.instances.empty() ? " []\n" : "\n");
+  const bool is_empty = task.instances.empty() && task.groups.empty();
+  out << "\"" << task.name << "\":" << (is_empty ? " []\n" : "\n");
   for (const std::uint16_t id : task.instances) {
-    const OrientedBox box = computeOrientedBox(apartment.instances[id - 1U]);
-    const Eigen::Vector3d& c = box.center_m;
-    const Eigen::Vector3d& e = box.extents_m;
-    const Eigen::Quaterniond& q = box.rotation;
-    out << "  - center: [" << c.x() << ", " << c.y() << ", " << c.z() << "]\n    extents: ["
-        << e.x() << ", " << e.y() << ", " << e.z() << "]\n    rotation: {w: " << q.w()
-        << ", x: " << q.x() << ", y: " << q.y() << ", z: " << q.z() << "}\n";
+    writeBox(out, computeOrientedBox(apartment.instances[id - 1U]));
+  }
+  for (const std::size_t index : task.groups) {
+    const Group& group = apartment.groups[index];
+    writeBox(out, computeOrientedBox(group.T_world_group, group.local_box));
   }
 }
 
@@ -101,11 +114,16 @@ void writeGroundTruth(const std::filesystem::path& folder, const Apartment& apar
                       const std::vector<TaskTruth>& tasks, const std::vector<WalkPose>& walk) {
   writeJson(folder / "instances.json", describeInstances(apartment));
   writeJson(folder / "rooms.json", describeRooms(apartment));
-  writeFileAtomically(folder / "tasks.yaml", [&](std::ostream& out) {
+  writeTaskTruth(folder / "tasks.yaml", apartment, tasks);
+  writeFileAtomically(folder / "poses.txt", [&](std::ostream& out) { writePoses(out, walk); });
+}
+
+void writeTaskTruth(const std::filesystem::path& path, const Apartment& apartment,
+                    const std::vector<TaskTruth>& tasks) {
+  writeFileAtomically(path, [&](std::ostream& out) {
     out << std::setprecision(9);
     for (const TaskTruth& task : tasks) writeBoxes(out, apartment, task);
   });
-  writeFileAtomically(folder / "poses.txt", [&](std::ostream& out) { writePoses(out, walk); });
 }
 
 }  // namespace tsg::simulation

@@ -20,8 +20,10 @@ std::uint8_t toByte(float value) {
 /// 1 in the open, less close to the other walls, floor and ceiling: corners get little light.
 float computeCornerShade(const Room& room, const Eigen::Vector3d& p_m,
                          const Eigen::Vector3d& normal) {
-  const Eigen::Vector3d low(room.interior_m.min().x(), room.interior_m.min().y(), 0.0);
-  const Eigen::Vector3d high(room.interior_m.max().x(), room.interior_m.max().y(), room.height_m);
+  const double z = room.floor_z_m;
+  const Eigen::Vector3d low(room.interior_m.min().x(), room.interior_m.min().y(), z);
+  const Eigen::Vector3d high(room.interior_m.max().x(), room.interior_m.max().y(),
+                             z + room.height_m);
   double shade = 1.0;
   for (int axis = 0; axis < 3; ++axis) {
     if (std::abs(normal[axis]) > 0.5) continue;
@@ -37,38 +39,50 @@ float computeCornerShade(const Room& room, const Eigen::Vector3d& p_m,
 
 Renderer::Renderer(const Apartment& apartment, int num_threads)
     : apartment_(apartment), num_threads_(num_threads) {
-  buildFloorShade();
+  buildFloorShades();
 }
 
-void Renderer::buildFloorShade() {
+void Renderer::buildFloorShades() {
   Rect outline;
-  for (const Room& room : apartment_.rooms) outline.extend(room.interior_m);
+  std::vector<double> heights_m(static_cast<std::size_t>(apartment_.countFloors()), 0.0);
+  for (const Room& room : apartment_.rooms) {
+    outline.extend(room.interior_m);
+    heights_m[static_cast<std::size_t>(room.floor)] = room.floor_z_m;
+  }
   floor_origin_m_ = outline.min();
   const Eigen::Vector2d size = outline.sizes() / kShadeCell_m;
-  floor_shade_ = cv::Mat(static_cast<int>(size.y()) + 2, static_cast<int>(size.x()) + 2, CV_32FC1,
-                         cv::Scalar(1.0));
+  const cv::Size cells(static_cast<int>(size.x()) + 2, static_cast<int>(size.y()) + 2);
+  for (const double z_m : heights_m) floor_shades_.push_back(makeFloorShade(cells, z_m));
+}
+
+cv::Mat Renderer::makeFloorShade(const cv::Size& cells, double floor_z_m) const {
+  cv::Mat shade(cells, CV_32FC1, cv::Scalar(1.0));
   for (const Solid& solid : apartment_.solids) {
     const Aabb box = computeBounds(solid);
-    if (solid.instance == 0 || box.min().z() > 0.5 || box.max().z() < 0.04) continue;
+    const double low_m = box.min().z() - floor_z_m;
+    const double high_m = box.max().z() - floor_z_m;
+    if (solid.instance == 0 || low_m > 0.5 || high_m < 0.04) continue;
     const Eigen::Vector2d a = (box.min().head<2>() - floor_origin_m_) / kShadeCell_m;
     const Eigen::Vector2d b = (box.max().head<2>() - floor_origin_m_) / kShadeCell_m;
-    cv::rectangle(floor_shade_, cv::Point(static_cast<int>(a.x()), static_cast<int>(a.y())),
+    cv::rectangle(shade, cv::Point(static_cast<int>(a.x()), static_cast<int>(a.y())),
                   cv::Point(static_cast<int>(b.x()), static_cast<int>(b.y())), cv::Scalar(0.45),
                   cv::FILLED);
   }
-  cv::blur(floor_shade_, floor_shade_, {5, 5});
-  cv::blur(floor_shade_, floor_shade_, {5, 5});
+  cv::blur(shade, shade, {5, 5});
+  cv::blur(shade, shade, {5, 5});
+  return shade;
 }
 
-float Renderer::computeFloorShade(const Eigen::Vector2d& p_m) const {
+float Renderer::computeFloorShade(const Eigen::Vector2d& p_m, int floor) const {
+  const cv::Mat& shade = floor_shades_[static_cast<std::size_t>(floor)];
   const Eigen::Vector2d cell = (p_m - floor_origin_m_) / kShadeCell_m - Eigen::Vector2d(0.5, 0.5);
   const int x = static_cast<int>(std::floor(cell.x()));
   const int y = static_cast<int>(std::floor(cell.y()));
-  if (x < 0 || y < 0 || x + 1 >= floor_shade_.cols || y + 1 >= floor_shade_.rows) return 1.0F;
+  if (x < 0 || y < 0 || x + 1 >= shade.cols || y + 1 >= shade.rows) return 1.0F;
   const auto u = static_cast<float>(cell.x() - x);
   const auto v = static_cast<float>(cell.y() - y);
-  const float* top = floor_shade_.ptr<float>(y) + x;
-  const float* bottom = floor_shade_.ptr<float>(y + 1) + x;
+  const float* top = shade.ptr<float>(y) + x;
+  const float* bottom = shade.ptr<float>(y + 1) + x;
   return (top[0] * (1.0F - u) + top[1] * u) * (1.0F - v) +
          (bottom[0] * (1.0F - u) + bottom[1] * u) * v;
 }
@@ -76,25 +90,32 @@ float Renderer::computeFloorShade(const Eigen::Vector2d& p_m) const {
 Color Renderer::shade(const Solid& solid, const Eigen::Vector3d& p, const Eigen::Vector3d& p_solid,
                       const Eigen::Vector3d& normal_solid, int& room_id) const {
   const Eigen::Vector3d normal = solid.T_world_solid.linear() * normal_solid;
-  room_id = apartment_.findRoom((p + 0.02 * normal).head<2>());
+  room_id = apartment_.findRoom(Eigen::Vector3d(p + 0.02 * normal));
   Color albedo = computeAlbedo(solid.material, p_solid, normal_solid);
+  double floor_z_m = 0.0;
+  int floor = 0;
   float light = (room_id > 0 ? 0.5F : 0.8F) + 0.12F * static_cast<float>(normal.z());
   if (room_id > 0) {
     const Room& room = apartment_.rooms[static_cast<std::size_t>(room_id - 1)];
+    floor = room.floor;
+    floor_z_m = room.floor_z_m;
     if (solid.material.pattern == Pattern::kWall) {
-      albedo = p.z() < 0.08 ? Color(0.96F, 0.96F, 0.95F) : room.wall_color;
+      albedo = p.z() - floor_z_m < 0.08 ? Color(0.96F, 0.96F, 0.95F) : room.wall_color;
     }
     // A lamp as long as the room less 1.2 m on each side: the point of it that is nearest.
     const Eigen::Vector2d reach = (0.5 * room.interior_m.sizes().array() - 1.2).max(0.0);
     const Eigen::Vector2d middle = room.interior_m.center();
     const Eigen::Vector2d lamp = p.head<2>().cwiseMax(middle - reach).cwiseMin(middle + reach);
-    const Eigen::Vector3d to_lamp = Eigen::Vector3d(lamp.x(), lamp.y(), room.height_m - 0.4) - p;
+    const Eigen::Vector3d to_lamp =
+        Eigen::Vector3d(lamp.x(), lamp.y(), floor_z_m + room.height_m - 0.4) - p;
     const double distance = to_lamp.norm();
     const double lambert = std::max(0.0, normal.dot(to_lamp)) / distance;
     light += static_cast<float>(0.75 * lambert / (1.0 + 0.06 * distance * distance));
     if (solid.instance == 0) light *= computeCornerShade(room, p, normal);
   }
-  if (p.z() < 0.02 && normal.z() > 0.5) light *= computeFloorShade(p.head<2>());
+  if (p.z() - floor_z_m < 0.02 && normal.z() > 0.5) {
+    light *= computeFloorShade(p.head<2>(), floor);
+  }
   return albedo * (light * (1.0F - solid.material.glow) + solid.material.glow);
 }
 

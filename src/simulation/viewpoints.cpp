@@ -34,16 +34,29 @@ bool pickBest(const std::vector<Eigen::Vector2d>& points, const Score& score,
   return !points.empty();
 }
 
-/// Near the middle with room around: from there the camera sees furniture, not a wall.
+/// The first near the middle with room around: from there the camera sees furniture, not a wall.
+/// The others with as much room, away from those before.
 std::vector<Eigen::Vector2d> pickInRoom(const FloorMap& map, const Room& room,
-                                        const std::vector<Eigen::Vector2d>& candidates) {
+                                        const std::vector<Eigen::Vector2d>& candidates, int count) {
   const Eigen::Vector2d middle = room.interior_m.center();
-  Eigen::Vector2d best = middle;
   const auto is_central = [&](const Eigen::Vector2d& p) {
     return std::min(map.computeClearance(p), 0.7) - 0.3 * (p - middle).norm();
   };
-  if (!pickBest(candidates, is_central, best)) return {};
-  return {best};
+  std::vector<Eigen::Vector2d> picked;
+  const auto is_elsewhere = [&](const Eigen::Vector2d& p) {
+    double nearest_m = std::numeric_limits<double>::infinity();
+    for (const Eigen::Vector2d& other : picked) {
+      nearest_m = std::min(nearest_m, (p - other).norm());
+    }
+    return std::min(map.computeClearance(p), 0.7) + 0.5 * nearest_m;
+  };
+  Eigen::Vector2d best = middle;
+  if (pickBest(candidates, is_central, best)) picked.push_back(best);
+  while (!picked.empty() && static_cast<int>(picked.size()) < count) {
+    pickBest(candidates, is_elsewhere, best);
+    picked.push_back(best);
+  }
+  return picked;
 }
 
 /// Both ends of the corridor, the western one first.
@@ -68,19 +81,25 @@ std::vector<Eigen::Vector2d> pickInCorridor(const Room& corridor,
 }  // namespace
 
 std::vector<std::vector<Eigen::Vector2d>> findViewpoints(const Apartment& apartment,
-                                                         const FloorMap& map, double clearance_m) {
-  const Room& corridor = apartment.rooms.front();
-  const auto reachable = map.findReachable(corridor.interior_m.center(), clearance_m);
-  std::vector<std::vector<Eigen::Vector2d>> viewpoints = {pickInCorridor(corridor, reachable)};
-  for (std::size_t i = 1; i < apartment.rooms.size(); ++i) {
+                                                         const FloorMap& map, double clearance_m,
+                                                         int floor, int stops_per_room) {
+  std::vector<std::vector<Eigen::Vector2d>> viewpoints(apartment.rooms.size());
+  std::vector<Eigen::Vector2d> reachable;
+  for (std::size_t i = 0; i < apartment.rooms.size(); ++i) {
     const Room& room = apartment.rooms[i];
+    if (room.floor != floor) continue;
+    if (room.kind == RoomKind::kCorridor) {
+      reachable = map.findReachable(room.interior_m.center(), clearance_m);
+      viewpoints[i] = pickInCorridor(room, reachable);
+      continue;
+    }
     std::vector<Eigen::Vector2d> candidates;
     for (const Eigen::Vector2d& p : reachable) {
       if (room.interior_m.contains(p) && distanceToDoors(apartment, room, p) > kInside_m) {
         candidates.push_back(p);
       }
     }
-    viewpoints.push_back(pickInRoom(map, room, candidates));
+    viewpoints[i] = pickInRoom(map, room, candidates, stops_per_room);
   }
   return viewpoints;
 }

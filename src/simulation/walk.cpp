@@ -11,6 +11,7 @@ namespace tsg::simulation {
 namespace {
 
 using Path = std::vector<Eigen::Vector2d>;
+using Way = std::vector<Eigen::Vector3d>;  ///< with the height of the ground
 
 constexpr double kStep_s = 0.01;
 constexpr double kLookAhead_m = 0.7;
@@ -54,10 +55,12 @@ Path roundCorners(const Path& path, const FloorMap& map, double clearance_m) {
 }
 
 /// Points every centimetre or so.
-Path resample(const Path& path) {
-  Path result = {path.front()};
+template <typename Points>
+Points resample(const Points& path) {
+  using Point = typename Points::value_type;
+  Points result = {path.front()};
   for (std::size_t i = 1; i < path.size(); ++i) {
-    const Eigen::Vector2d edge = path[i] - path[i - 1];
+    const Point edge = path[i] - path[i - 1];
     const int steps = std::max(1, static_cast<int>(std::ceil(edge.norm() / 0.01)));
     for (int s = 1; s <= steps; ++s) {
       result.push_back(path[i - 1] + edge * (static_cast<double>(s) / steps));
@@ -66,13 +69,19 @@ Path resample(const Path& path) {
   return result;
 }
 
+Way lift(const Path& path, double z_m) {
+  Way way;
+  for (const Eigen::Vector2d& p : path) way.emplace_back(p.x(), p.y(), z_m);
+  return way;
+}
+
 /// Follows legs in small time steps and writes a pose at each tick of the rate.
 class Walker {
  public:
-  Walker(const WalkConfig& config, const Path& start)
+  Walker(const WalkConfig& config, const Way& start)
       : config_(config), position_m_(start.front()), yaw_rad_(headingAlong(start, 0)) {}
 
-  void follow(const Path& path) {
+  void follow(const Way& path) {
     double travelled_m = 0.0;
     const double length_m = 0.01 * static_cast<double>(path.size() - 1);
     while (travelled_m < length_m - 1e-3 && !isOver()) {
@@ -107,11 +116,11 @@ class Walker {
     }
   }
 
-  static double headingAlong(const Path& path, std::size_t index) {
+  static double headingAlong(const Way& path, std::size_t index) {
     const std::size_t ahead =
         std::min(path.size() - 1, index + static_cast<std::size_t>(kLookAhead_m / 0.01));
     const std::size_t from = ahead - index < 10 ? (ahead < 10 ? 0 : ahead - 10) : index;
-    const Eigen::Vector2d d = path[ahead] - path[from];
+    const Eigen::Vector3d d = path[ahead] - path[from];
     return std::atan2(d.y(), d.x());
   }
 
@@ -148,7 +157,7 @@ class Walker {
   void tick() {
     const double due_s = static_cast<double>(poses_.size()) / config_.rate_hz;
     if (static_cast<double>(steps_) * kStep_s >= due_s - 1e-9) {
-      const Eigen::Vector3d position(position_m_.x(), position_m_.y(), config_.camera_height_m);
+      const Eigen::Vector3d position = position_m_ + Eigen::Vector3d(0, 0, config_.camera_height_m);
       poses_.push_back(
           {Stamp::fromSeconds(due_s), makeCameraPose(position, yaw_rad_, config_.pitch_down_rad)});
     }
@@ -156,7 +165,7 @@ class Walker {
   }
 
   WalkConfig config_;
-  Eigen::Vector2d position_m_;
+  Eigen::Vector3d position_m_;
   double yaw_rad_;
   double speed_m_per_s_ = 0.0;
   double turn_rad_per_s_ = 0.0;
@@ -169,29 +178,72 @@ struct Stop {
   bool look_around = false;
 };
 
-/// West end of the corridor, the rooms from west to east by their doors, east end.
-std::vector<Stop> orderStops(const Apartment& apartment, const FloorMap& map, double clearance_m) {
-  const auto viewpoints = findViewpoints(apartment, map, clearance_m);
+/// The floor's rooms in the order of their doors, eastwards or westwards.
+std::vector<int> orderRooms(const Apartment& apartment, int floor, bool eastwards) {
   std::vector<std::pair<double, int>> order;
   for (const Doorway& door : apartment.doorways) {
-    if (door.room_a == 1) order.emplace_back(door.center_m.x(), door.room_b);
+    const Room& from = apartment.rooms[static_cast<std::size_t>(door.room_a - 1)];
+    const Room& to = apartment.rooms[static_cast<std::size_t>(door.room_b - 1)];
+    if (from.kind != RoomKind::kCorridor || to.kind == RoomKind::kStaircase) continue;
+    if (from.floor == floor) order.emplace_back(door.center_m.x(), door.room_b);
   }
   std::sort(order.begin(), order.end());
-  std::vector<Stop> stops;
-  if (viewpoints.front().empty())
-    throw std::runtime_error("walk: corridor is blocked, expected a way");
-  stops.push_back({viewpoints.front().front(), false});
-  for (const auto& [x_m, room] : order) {
+  if (!eastwards) std::reverse(order.begin(), order.end());
+  std::vector<int> rooms;
+  for (const auto& entry : order) rooms.push_back(entry.second);
+  return rooms;
+}
+
+std::size_t findCorridor(const Apartment& apartment, int floor) {
+  for (std::size_t i = 0; i < apartment.rooms.size(); ++i) {
+    const Room& room = apartment.rooms[i];
+    if (room.floor == floor && room.kind == RoomKind::kCorridor) return i;
+  }
+  throw std::runtime_error("walk: floor " + std::to_string(floor) + " has no corridor");
+}
+
+/// One end of the corridor, the rooms, an end of the corridor: the eastern one where stairs go up.
+std::vector<Stop> orderStops(const Apartment& apartment, const FloorMap& map, double clearance_m,
+                             int floor, int stops_per_room) {
+  const auto viewpoints = findViewpoints(apartment, map, clearance_m, floor, stops_per_room);
+  const auto& ends = viewpoints[findCorridor(apartment, floor)];
+  if (ends.empty()) throw std::runtime_error("walk: corridor is blocked, expected a way");
+  const bool eastwards = floor == 0;
+  const bool ends_east = floor + 1 < apartment.countFloors() || eastwards;
+  std::vector<Stop> stops = {{eastwards ? ends.front() : ends.back(), false}};
+  for (const int room : orderRooms(apartment, floor, eastwards)) {
     const auto& points = viewpoints[static_cast<std::size_t>(room - 1)];
     if (points.empty()) {
       throw std::runtime_error("walk: room " + std::to_string(room) + " (" +
                                apartment.rooms[static_cast<std::size_t>(room - 1)].phrase +
                                ") is blocked, expected a way into it");
     }
-    stops.push_back({points.front(), true});
+    for (const Eigen::Vector2d& point_m : points) stops.push_back({point_m, true});
   }
-  stops.push_back({viewpoints.front().back(), false});
+  stops.push_back({ends_east ? ends.back() : ends.front(), false});
   return stops;
+}
+
+struct Leg {
+  Way way;
+  bool look_around = false;  ///< before it
+};
+
+std::vector<Leg> planFloor(const Apartment& apartment, const WalkConfig& config, int floor) {
+  const double z_m = apartment.rooms[findCorridor(apartment, floor)].floor_z_m;
+  const FloorMap map(apartment, z_m + 0.05, z_m + 1.75);
+  const double clearance_m = config.body_radius_m + map.cellSize();
+  const std::vector<Stop> stops =
+      orderStops(apartment, map, clearance_m, floor, config.stops_per_room);
+  std::vector<Leg> legs;
+  for (std::size_t i = 0; i + 1 < stops.size(); ++i) {
+    Path path = map.findPath(stops[i].point_m, stops[i + 1].point_m, clearance_m);
+    if (path.empty()) throw std::runtime_error("walk: no way between two rooms, expected one");
+    path = shorten(path, map, clearance_m);
+    for (int pass = 0; pass < 3; ++pass) path = roundCorners(path, map, clearance_m);
+    legs.push_back({lift(resample(path), z_m), stops[i].look_around});
+  }
+  return legs;
 }
 
 }  // namespace
@@ -211,21 +263,21 @@ Pose makeCameraPose(const Eigen::Vector3d& position_m, double yaw_rad, double pi
 
 std::vector<WalkPose> planWalk(const Apartment& apartment, const WalkConfig& config) {
   config::validate(config, "walk");
-  const FloorMap map(apartment);
-  const double clearance_m = config.body_radius_m + map.cellSize();
-  const std::vector<Stop> stops = orderStops(apartment, map, clearance_m);
-  std::vector<Path> legs;
-  for (std::size_t i = 0; i + 1 < stops.size(); ++i) {
-    Path path = map.findPath(stops[i].point_m, stops[i + 1].point_m, clearance_m);
-    if (path.empty()) throw std::runtime_error("walk: no way between two rooms, expected one");
-    path = shorten(path, map, clearance_m);
-    for (int pass = 0; pass < 3; ++pass) path = roundCorners(path, map, clearance_m);
-    legs.push_back(resample(path));
+  std::vector<Leg> legs;
+  for (int floor = 0; floor < apartment.countFloors(); ++floor) {
+    std::vector<Leg> on_floor = planFloor(apartment, config, floor);
+    if (!legs.empty()) {
+      Way stairs = apartment.stairs[static_cast<std::size_t>(floor - 1)];
+      stairs.insert(stairs.begin(), legs.back().way.back());
+      stairs.push_back(on_floor.front().way.front());
+      legs.push_back({resample(stairs), false});
+    }
+    legs.insert(legs.end(), on_floor.begin(), on_floor.end());
   }
-  Walker walker(config, legs.front());
-  for (std::size_t i = 0; i < legs.size(); ++i) {
-    if (stops[i].look_around) walker.lookAround(Walker::headingAlong(legs[i], 0));
-    walker.follow(legs[i]);
+  Walker walker(config, legs.front().way);
+  for (const Leg& leg : legs) {
+    if (leg.look_around) walker.lookAround(Walker::headingAlong(leg.way, 0));
+    walker.follow(leg.way);
   }
   return walker.takePoses();
 }

@@ -133,11 +133,31 @@ class SimulateApartment(unittest.TestCase):
         self.assertGreater(np.median(error), 0)
         self.assertLess(np.median(error), 60)
 
+    def test_other_worlds_have_a_second_list_of_tasks_over_the_same_things(self):
+        path = os.path.join(self.temporary.name, "cubicle.bag")
+        done = run("--output", path, "--world", "cubicle", "--seed", "3", *SMALL)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        stem = path[: -len(".bag")]
+        boxes, names = {}, {}
+        for kind, truth, tasks in (("fine", "tasks", "object_tasks"),
+                                   ("coarse", "coarse_tasks", "coarse_tasks")):
+            with open(os.path.join(stem + ".ground_truth", truth + ".yaml")) as file:
+                boxes[kind] = yaml.safe_load(file)
+            with open(f"{stem}.{tasks}.yaml") as file:
+                names[kind] = [task["name"] for task in yaml.safe_load(file)["tasks"]]
+            self.assertEqual(names[kind], list(boxes[kind]))
+        self.assertEqual(len(boxes["fine"]["get the green book"]),
+                         len(boxes["coarse"]["move the stacks of books"]))
+        chairs = "move the office chair"
+        self.assertEqual(boxes["fine"][chairs], boxes["coarse"][chairs])
+        self.assertNotIn("get the green book", boxes["coarse"])
+
     def test_errors_name_option_value_and_what_was_expected(self):
         path = os.path.join(self.temporary.name, "bad.bag")
         for arguments, parts in ((["--rooms", "many"], ["--rooms", "many", "number"]),
                                  (["--noise", "loud"], ["--noise", "loud", "on or off"]),
                                  (["--wdth", "3"], ["--wdth"]),
+                                 (["--world", "castle"], ["castle", "cubicle"]),
                                  (["--rooms", "20"], ["num_rooms", "20"]),
                                  (["--width", "0"], ["width", "0"])):
             done = run("--output", path, *arguments)

@@ -28,7 +28,13 @@ enum class RoomKind {
   kBathroom,
   kOffice,
   kChildrensRoom,
-  kStorageRoom
+  kStorageRoom,
+  kCubicle,  ///< these and the next only in worlds of work, see world.h
+  kDeskBay,
+  kMeetingArea,
+  kLounge,
+  kPrintArea,
+  kStaircase
 };
 
 /// Walls of a room by the direction in which they lie.
@@ -40,6 +46,8 @@ struct Room {
   std::string phrase;
   Rect interior_m;  ///< between the walls
   double height_m = 2.6;
+  int floor = 0;                   ///< 0: the lowest
+  double floor_z_m = 0.0;          ///< of that floor
   Side outer_side = Side::kNorth;  ///< where its windows are
   Color wall_color{0.9F, 0.9F, 0.88F};
 };
@@ -70,7 +78,17 @@ struct Instance {
   Aabb box;        ///< world frame, exact
 };
 
-/// A furnished apartment of closed-form solids. World frame: z up, floor at z = 0, metres.
+/// Instances that touch and belong together, such as a stack of books: one thing or several, as a
+/// task sees it.
+struct Group {
+  std::string phrase;
+  std::vector<std::uint16_t> instances;  ///< ascending
+  Pose T_world_group = Pose::Identity();
+  Aabb local_box;  ///< of all of them, in the group's frame, exact
+};
+
+/// A furnished apartment, or another world, of closed-form solids. World frame: z up, lowest floor
+/// at z = 0, metres.
 struct Apartment {
   ApartmentConfig config;
   double wall_m = 0.12;
@@ -79,9 +97,16 @@ struct Apartment {
   std::vector<Instance> instances;  ///< id = index + 1
   std::vector<Part> parts;          ///< id = index + 1
   std::vector<Solid> solids;
+  std::vector<Group> groups;  ///< none in an apartment
+  /// Ways up the stairs, on the ground: entry k leads from floor k to floor k + 1.
+  std::vector<std::vector<Eigen::Vector3d>> stairs;
 
-  /// Id of the room whose interior holds the point; 0 inside walls, doorways and outside.
-  int findRoom(const Eigen::Vector2d& p_m) const;
+  int countFloors() const { return static_cast<int>(stairs.size()) + 1; }
+  /// Id of the room of a floor whose interior holds the point; 0 inside walls, doorways and
+  /// outside.
+  int findRoom(const Eigen::Vector2d& p_m, int floor = 0) const;
+  /// Likewise, on the floor that the height belongs to.
+  int findRoom(const Eigen::Vector3d& p_m) const;
 };
 
 /// Builds and furnishes the apartment: rooms on both sides of a corridor, doorways of 0.9 m,

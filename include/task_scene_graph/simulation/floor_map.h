@@ -13,7 +13,7 @@ namespace tsg::simulation {
 class FloorMap {
  public:
   /// Solids count as obstacles, by their bounding boxes, where they reach between `low_m` and
-  /// `high_m` above the floor. O(cells + solids).
+  /// `high_m` (world z). O(cells + solids).
   explicit FloorMap(const Apartment& apartment, double low_m = 0.05, double high_m = 1.75);
 
   /// Distance from the centre of the point's cell to the nearest obstacle cell, metres; 0 outside.

@@ -17,11 +17,21 @@ struct TaskTruth {
   std::string name;
   EmbeddingSpace::Mixture phrases;       ///< what its embedding is made of
   std::vector<std::uint16_t> instances;  ///< ascending; empty if the apartment has none
+  std::vector<std::size_t> groups = {};  ///< each one thing: indices into Apartment::groups
+};
+
+/// How finely tasks divide a world.
+enum class TaskGrain {
+  kFine,   ///< a thing of a group by itself: "get the green book"
+  kCoarse  ///< a group as a whole: "move the stacks of books"
 };
 
 /// Object tasks: the same list for every apartment, so some have no instance in it.
 std::vector<TaskTruth> makeObjectTasks(const Apartment& apartment);
-/// Place tasks: the phrases of the apartment's rooms; no instances.
+/// One of two lists over the same world; both have the same tasks for furniture besides. A group's
+/// phrases are those of all its members.
+std::vector<TaskTruth> makeGroupTasks(const Apartment& apartment, TaskGrain grain);
+/// Place tasks: the phrases of the apartment's rooms, each once; no instances.
 std::vector<TaskTruth> makePlaceTasks(const Apartment& apartment);
 
 /// `tasks: [{name, embedding}]`. @throws std::runtime_error if the file cannot be written.
@@ -37,5 +47,8 @@ void writeTaskNames(const std::filesystem::path& path, const std::vector<TaskTru
 /// Lengths in metres, world frame. @throws std::runtime_error if a file cannot be written.
 void writeGroundTruth(const std::filesystem::path& folder, const Apartment& apartment,
                       const std::vector<TaskTruth>& tasks, const std::vector<WalkPose>& walk);
+/// The boxes alone, as in tasks.yaml. @throws as `writeGroundTruth`.
+void writeTaskTruth(const std::filesystem::path& path, const Apartment& apartment,
+                    const std::vector<TaskTruth>& tasks);
 
 }  // namespace tsg::simulation

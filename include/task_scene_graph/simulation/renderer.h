@@ -33,14 +33,16 @@ class Renderer {
   RenderedView render(const CameraModel& camera, const Pose& T_world_camera) const;
 
  private:
-  void buildFloorShade();
-  float computeFloorShade(const Eigen::Vector2d& p_m) const;
+  void buildFloorShades();
+  cv::Mat makeFloorShade(const cv::Size& cells, double floor_z_m) const;
+  float computeFloorShade(const Eigen::Vector2d& p_m, int floor) const;
   Color shade(const Solid& solid, const Eigen::Vector3d& p_world, const Eigen::Vector3d& p_solid,
               const Eigen::Vector3d& normal_solid, int& room_id) const;
 
   const Apartment& apartment_;
   int num_threads_;
-  cv::Mat floor_shade_;  // CV_32FC1, 1 = open floor, less under and beside furniture
+  /// One for each floor: CV_32FC1, 1 = open floor, less under and beside furniture.
+  std::vector<cv::Mat> floor_shades_;
   Eigen::Vector2d floor_origin_m_ = Eigen::Vector2d::Zero();
 
   friend class TileRenderer;

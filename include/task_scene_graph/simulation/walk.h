@@ -18,6 +18,7 @@ struct WalkConfig {
   double body_radius_m = 0.28;
   double camera_height_m = 1.4;
   double pitch_down_rad = 0.3;
+  int stops_per_room = 1;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor& v) {
@@ -32,6 +33,8 @@ struct WalkConfig {
             "distance kept from everything, half a doorway at most");
     v.field("camera_height_m", self.camera_height_m, {0.3, 2.0}, "m", "above the floor");
     v.field("pitch_down_rad", self.pitch_down_rad, {-1.0, 1.0}, "rad", "view below the horizon");
+    v.field("stops_per_room", self.stops_per_room, {1.0, 4.0}, "",
+            "points of each room at which the camera turns all round");
   }
 };
 
@@ -42,14 +45,17 @@ struct WalkPose {
 };
 
 /// Points to look around from, per room (entry i = room i + 1), reachable with the clearance from
-/// the corridor: one in each room, well inside it, and both ends of the corridor, the western
-/// first; none where there is no such point.
+/// the corridor: in each room one well inside it and, if there are to be more, others far from it
+/// and from each other; both ends of the corridor, the western first; none where there is no such
+/// point, and in rooms of other floors.
 std::vector<std::vector<Eigen::Vector2d>> findViewpoints(const Apartment& apartment,
-                                                         const FloorMap& map, double clearance_m);
+                                                         const FloorMap& map, double clearance_m,
+                                                         int floor = 0, int stops_per_room = 1);
 
 /// A walk from one end of the corridor through every room to the other end: A* between the rooms'
 /// viewpoints, shortened and rounded, then followed with bounded speed, acceleration and turn rate;
-/// at each room's viewpoint the camera turns all round. Optical frames, world z up.
+/// at each room's viewpoint the camera turns all round. Where there are more floors, the stairs
+/// lead from the corridor's east end to the next. Optical frames, world z up.
 /// @throws config::ConfigError; std::runtime_error if a room cannot be reached with the body
 /// radius.
 std::vector<WalkPose> planWalk(const Apartment& apartment, const WalkConfig& config);

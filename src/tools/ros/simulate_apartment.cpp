@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Renders a walk through a generated apartment into a bag, with its ground truth beside it.
+// Renders a walk through a generated apartment or another world into a bag, with its ground truth
+// beside it.
 #include <rosbag/bag.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <tf2_msgs/TFMessage.h>
@@ -23,6 +24,7 @@
 #include "task_scene_graph/simulation/segment_simulator.h"
 #include "task_scene_graph/simulation/variation.h"
 #include "task_scene_graph/simulation/walk.h"
+#include "task_scene_graph/simulation/world.h"
 
 namespace {
 
@@ -34,8 +36,11 @@ constexpr const char* kUsage =
     R"(usage: simulate_apartment --output FILE.bag [options]
 Renders a walk through a generated apartment. Beside the bag: FILE.object_tasks.yaml and
 FILE.place_tasks.yaml (names and embeddings), FILE.ground_truth/ (instances, rooms, tasks, poses).
+Worlds other than the apartment have things that touch, such as stacks of books; object_tasks is about
+them one by one, FILE.coarse_tasks.yaml and FILE.ground_truth/coarse_tasks.yaml are about the stacks.
+  --world NAME        apartment, cubicle, office or building (apartment)
   --seed N            the apartment and its noise follow from it (1)
-  --rooms N           3 to 8, the corridor among them (6)
+  --rooms N           of an apartment: 3 to 8, the corridor among them (6)
   --duration S        the walk ends after S seconds; 0 = when every room has been seen (0)
   --rate HZ           frames per second (10)
   --width W           of the images; the field of view stays the same (640)
@@ -49,10 +54,12 @@ FILE.place_tasks.yaml (names and embeddings), FILE.ground_truth/ (instances, roo
 // in order.
 constexpr std::int64_t kStart_ns = 1000000000;
 constexpr std::int64_t kRecordingStep_ns = 100000;
+constexpr int kStopsInClutter = 2;  ///< of a room: small things hide behind others
 constexpr const char* kCameraFrame = "camera_color_optical_frame";
 
 struct Options {
   fs::path output;
+  WorldKind world = WorldKind::kApartment;
   ApartmentConfig apartment;
   WalkConfig walk;
   CameraModel camera;
@@ -105,6 +112,8 @@ Options parseOptions(const std::vector<std::string>& arguments) {
   const std::map<std::string, Setter> setters = {
       {"--output",
        [&](const std::string&, const std::string& v) { options.output = expandPath(v); }},
+      {"--world",
+       [&](const std::string&, const std::string& v) { options.world = parseWorldKind(v); }},
       {"--seed", setInteger(options.apartment.seed)},
       {"--rooms", setInteger(options.apartment.num_rooms)},
       {"--duration", setNumber(options.walk.duration_s)},
@@ -230,29 +239,45 @@ void writeBag(const Options& options, const Apartment& apartment,
   }
 }
 
-void simulate(const Options& options) {
-  const Apartment apartment = buildApartment(options.apartment);
-  std::vector<WalkPose> walk = planWalk(apartment, options.walk);
-  std::cout << "[simulate_apartment] seed " << options.apartment.seed << ": "
-            << apartment.rooms.size() << " rooms, " << apartment.instances.size() << " things, "
-            << walk.size() << " frames\n";
-  if (walk.empty()) throw std::runtime_error("the walk has no frame; raise --duration or --rate");
-  writeBag(options, apartment, walk);
+/// Tasks and truth beside the bag. Returns what was written.
+std::vector<WrittenFile> writeTruth(const Options& options, const Apartment& world,
+                                    std::vector<WalkPose> walk) {
   fs::path stem = options.output;
   if (stem.extension() == ".bag") stem.replace_extension();
-  const std::vector<TaskTruth> tasks = makeObjectTasks(apartment);
-  const auto writeTasks = options.segmentation ? writeTaskEmbeddings : writeTaskNames;
-  writeTasks(stem.string() + ".object_tasks.yaml", tasks);
-  const std::vector<TaskTruth> place_tasks = makePlaceTasks(apartment);
-  writeTasks(stem.string() + ".place_tasks.yaml", place_tasks);
+  const bool is_apartment = options.world == WorldKind::kApartment;
+  const fs::path truth = stem.string() + ".ground_truth";
+  std::vector<WrittenFile> files{{options.output.string(), formatCount(walk.size(), "frame")}};
+  const auto writeTasks = [&](const char* ending, const std::vector<TaskTruth>& tasks) {
+    const fs::path path = stem.string() + ending;
+    (options.segmentation ? writeTaskEmbeddings : writeTaskNames)(path, tasks);
+    files.push_back({path.string(), formatCount(tasks.size(), "task")});
+  };
+  const std::vector<TaskTruth> tasks =
+      is_apartment ? makeObjectTasks(world) : makeGroupTasks(world, TaskGrain::kFine);
+  writeTasks(".object_tasks.yaml", tasks);
+  writeTasks(".place_tasks.yaml", makePlaceTasks(world));
   for (WalkPose& pose : walk) pose.stamp.ns += kStart_ns;
-  writeGroundTruth(stem.string() + ".ground_truth", apartment, tasks, walk);
-  const std::vector<WrittenFile> files{
-      {options.output.string(), formatCount(walk.size(), "frame")},
-      {stem.string() + ".object_tasks.yaml", formatCount(tasks.size(), "task")},
-      {stem.string() + ".place_tasks.yaml", formatCount(place_tasks.size(), "task")},
-      {stem.string() + ".ground_truth/", formatCount(apartment.instances.size(), "instance")}};
-  std::cout << "[simulate_apartment] " << describeWritten({}, files) << '\n';
+  writeGroundTruth(truth, world, tasks, walk);
+  if (!is_apartment) {
+    const std::vector<TaskTruth> coarse = makeGroupTasks(world, TaskGrain::kCoarse);
+    writeTasks(".coarse_tasks.yaml", coarse);
+    writeTaskTruth(truth / "coarse_tasks.yaml", world, coarse);
+  }
+  files.push_back({truth.string() + "/", formatCount(world.instances.size(), "instance")});
+  return files;
+}
+
+void simulate(const Options& options) {
+  const Apartment world = buildWorld(options.world, options.apartment);
+  WalkConfig walk_config = options.walk;
+  if (options.world != WorldKind::kApartment) walk_config.stops_per_room = kStopsInClutter;
+  const std::vector<WalkPose> walk = planWalk(world, walk_config);
+  std::cout << "[simulate_apartment] seed " << options.apartment.seed << ": " << world.rooms.size()
+            << " rooms, " << world.instances.size() << " things, " << walk.size() << " frames\n";
+  if (walk.empty()) throw std::runtime_error("the walk has no frame; raise --duration or --rate");
+  writeBag(options, world, walk);
+  std::cout << "[simulate_apartment] " << describeWritten({}, writeTruth(options, world, walk))
+            << '\n';
 }
 
 }  // namespace

@@ -3,9 +3,10 @@
 
 #include <cmath>
 #include <limits>
+#include <string>
 #include <vector>
 
-#include "task_scene_graph/simulation/solid.h"
+#include "task_scene_graph/simulation/apartment.h"
 
 namespace tsg::simulation::test {
 
@@ -64,6 +65,26 @@ inline std::vector<Eigen::Vector3d> sampleSurface(const Solid& solid, int n) {
     }
   }
   return points;
+}
+
+/// Names an instance whose surface reaches into another one or into the structure, and the other;
+/// empty if there is none.
+inline std::string findIntrusion(const Apartment& apartment) {
+  const auto nameOf = [&](const Solid& solid) {
+    return solid.instance == 0 ? "structure" : apartment.instances[solid.instance - 1U].phrase;
+  };
+  for (const Solid& solid : apartment.solids) {
+    if (solid.instance == 0) continue;
+    const auto points = sampleSurface(solid, 8);
+    for (const Solid& other : apartment.solids) {
+      if (solid.instance == other.instance) continue;
+      if (!hasOverlap(computeBounds(solid), computeBounds(other))) continue;
+      for (const Eigen::Vector3d& p : points) {
+        if (isInside(other, p, 1e-4)) return nameOf(solid) + " in " + nameOf(other);
+      }
+    }
+  }
+  return "";
 }
 
 }  // namespace tsg::simulation::test

@@ -40,7 +40,7 @@ TEST_P(Walks, KeepTheBodyRadiusFromEverythingAtBodyHeight) {
 TEST_P(Walks, EnterEveryRoom) {
   std::set<int> visited;
   for (const WalkPose& pose : walk_) {
-    visited.insert(apartment_.findRoom(pose.T_world_camera.translation().head<2>()));
+    visited.insert(apartment_.findRoom(Eigen::Vector3d(pose.T_world_camera.translation())));
   }
   for (const Room& room : apartment_.rooms) EXPECT_EQ(visited.count(room.id), 1U) << room.phrase;
 }
