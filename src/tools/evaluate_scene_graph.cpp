@@ -14,6 +14,9 @@
 
 #include "command_line.h"
 #include "task_scene_graph/core/files.h"
+#include "task_scene_graph/evaluation/calibration.h"
+#include "task_scene_graph/evaluation/class_scores.h"
+#include "task_scene_graph/evaluation/map_regions.h"
 #include "task_scene_graph/evaluation/object_scores.h"
 #include "task_scene_graph/evaluation/object_truth.h"
 #include "task_scene_graph/language/text_encoder.h"
@@ -30,12 +33,17 @@ using scene_graph::FileObject;
 
 namespace {
 
+constexpr double kBinWidth = 0.02;  ///< of cosines, for the calibration
+
 struct Arguments {
   std::string map;
   std::string truth;
   std::string tasks;
   std::string models;
   std::string json;
+  std::string rooms;
+  std::string labels;
+  double label_distance_m = 0.1;
   scene_graph::FileLayer layer = scene_graph::FileLayer::kObjects;
   scene_graph::BoxSource boxes = scene_graph::BoxSource::kFile;
   evaluation::TruthExtent extent = evaluation::TruthExtent::kSeen;
@@ -82,6 +90,14 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
       "min-cosine",
       options::value<double>()->notifier([&](double cosine) { arguments.min_cosine = cosine; }),
       "leaves out objects whose best cosine is not above this (the -task rows of the paper)")(
+      "rooms", tools::pathOption(arguments.rooms),
+      "true rooms, for the regions: rooms.json of a generated world or a rendered house, or a YAML "
+      "file as Hydra has it; the map must be a folder with ground plans")(
+      "labels", tools::pathOption(arguments.labels),
+      "PLY whose vertices have an int label, the number of a task of the truth (from 0) or -1: "
+      "closed-set scores of mesh.ply of the map folder, whose tasks are the classes")(
+      "label-distance", options::value(&arguments.label_distance_m),
+      "farther than this from every vertex of the map a labelled one counts as missed, m (0.1)")(
       "json", tools::pathOption(arguments.json), "file to write all numbers to");
   if (!tools::parseOptions(argc, argv, description)) return std::nullopt;
   using scene_graph::BoxSource;
@@ -158,6 +174,13 @@ nlohmann::json toJson(const evaluation::DetectionScores& scores) {
   return {{"recall", scores.recall}, {"precision", scores.precision}, {"f1", scores.f1}};
 }
 
+/// Objects for tasks that nothing in the world serves.
+std::size_t countFalse(const ObjectScores& scores) {
+  std::size_t num_false = 0;
+  for (const auto& row : scores.tasks) num_false += row.num_true == 0 ? row.num_kept : 0;
+  return num_false;
+}
+
 nlohmann::json toJson(const ObjectScores& scores) {
   nlohmann::json rows = nlohmann::json::array();
   for (const auto& row : scores.tasks) {
@@ -176,6 +199,7 @@ nlohmann::json toJson(const ObjectScores& scores) {
           {"num_objects", scores.num_objects},
           {"num_true", scores.num_true},
           {"num_kept", scores.num_kept},
+          {"num_false", countFalse(scores)},
           {"tasks", rows}};
 }
 
@@ -200,12 +224,86 @@ void print(ScoreMode mode, const ObjectScores& scores) {
   printTasks(scores);
   printLine("strict", scores.strict);
   printLine("relaxed", scores.relaxed);
-  std::size_t num_false = 0;
-  for (const auto& row : scores.tasks) num_false += row.num_true == 0 ? row.num_kept : 0;
   std::printf(
       "  IoU %.3f, of %zu true things; kept %zu of %zu objects; %zu for tasks that nothing "
       "serves\n",
-      scores.iou, scores.num_true, scores.num_kept, scores.num_objects, num_false);
+      scores.iou, scores.num_true, scores.num_kept, scores.num_objects, countFalse(scores));
+}
+
+/// How often objects of a cosine are right.
+nlohmann::json reportCalibration(const std::vector<evaluation::ScoredObject>& objects) {
+  const auto calibration = evaluation::computeCalibration(objects, kBinWidth);
+  nlohmann::json bins = nlohmann::json::array();
+  std::printf("\n%-16s %7s %6s %6s\n", "cosine with task", "objects", "right", "share");
+  for (const auto& bin : calibration.bins) {
+    const double share = static_cast<double>(bin.num_right) / static_cast<double>(bin.num_objects);
+    std::printf("%6.2f to %5.2f  %7zu %6zu %6.2f\n", bin.low, bin.low + kBinWidth, bin.num_objects,
+                bin.num_right, share);
+    bins.push_back({{"low", bin.low},
+                    {"num_objects", bin.num_objects},
+                    {"num_right", bin.num_right},
+                    {"mean_score", bin.mean_score}});
+  }
+  std::printf("  a right object has a higher cosine than a wrong one: %.3f of the pairs\n",
+              calibration.separation);
+  return {{"bins", bins}, {"separation", calibration.separation}};
+}
+
+nlohmann::json reportRegions(const Arguments& arguments) {
+  const auto floors = evaluation::loadFloors(arguments.map);
+  if (floors.empty()) {
+    throw std::invalid_argument("map '" + arguments.map +
+                                "' has no floor_0.yaml; --rooms needs a map folder");
+  }
+  const auto scores =
+      evaluation::scoreRegions(evaluation::loadMapRegions(findGraph(arguments.map).string()),
+                               floors, evaluation::loadRoomTruth(arguments.rooms));
+  std::printf("\nregions\n  %zu regions, %zu rooms: precision %.3f  recall %.3f  F1 %.3f\n",
+              scores.region_precisions.size(), scores.room_recalls.size(), scores.precision,
+              scores.recall, scores.f1);
+  return {{"precision", scores.precision},
+          {"recall", scores.recall},
+          {"f1", scores.f1},
+          {"total_precision", scores.total_precision},
+          {"total_recall", scores.total_recall},
+          {"num_regions", scores.region_precisions.size()},
+          {"num_rooms", scores.room_recalls.size()}};
+}
+
+/// The classes of the map's vertices: the nearest task of the object that each belongs to.
+evaluation::LabelledPoints classifyMesh(const std::string& map,
+                                        const std::vector<FileObject>& objects,
+                                        const EmbeddingMatrix& tasks) {
+  constexpr std::uint64_t kIndexMask = (std::uint64_t{1} << 56) - 1;  // below the layer's letter
+  std::map<std::uint64_t, int> class_of_object;
+  for (const FileObject& object : objects) {
+    Eigen::Index task = 0;
+    (tasks * object.embedding).maxCoeff(&task);
+    class_of_object[object.id & kIndexMask] = static_cast<int>(task);
+  }
+  auto points = evaluation::loadLabelledPoints((fs::path(map) / "mesh.ply").string(), "object_id");
+  for (int& label : points.classes) {
+    const auto found = class_of_object.find(static_cast<std::uint64_t>(std::max(label, 0)));
+    label = found == class_of_object.end() ? evaluation::kNoClass : found->second;
+  }
+  return points;
+}
+
+nlohmann::json reportClasses(const Arguments& arguments, const std::vector<FileObject>& objects,
+                             const EmbeddingMatrix& tasks) {
+  const auto truth = evaluation::loadLabelledPoints(arguments.labels, "label");
+  const auto confusion =
+      evaluation::computeConfusion(truth, classifyMesh(arguments.map, objects, tasks),
+                                   static_cast<int>(tasks.rows()), arguments.label_distance_m);
+  const auto scores = evaluation::computeClassScores(confusion);
+  std::printf("\nclasses of vertices\n  %zu classes: mAcc %.3f  mIoU %.3f  F-mIoU %.3f\n",
+              scores.num_classes, scores.mean_accuracy, scores.mean_iou, scores.weighted_iou);
+  return {{"mean_accuracy", scores.mean_accuracy},
+          {"mean_iou", scores.mean_iou},
+          {"weighted_iou", scores.weighted_iou},
+          {"num_classes", scores.num_classes},
+          {"ious", scores.ious},
+          {"recalls", scores.recalls}};
 }
 
 void run(const Arguments& arguments) {
@@ -227,6 +325,9 @@ void run(const Arguments& arguments) {
     print(mode, scores);
     all[getName(mode)] = toJson(scores);
   }
+  all["calibration"] = reportCalibration(evaluation::judgeObjects(truth, estimates));
+  if (!arguments.rooms.empty()) all["regions"] = reportRegions(arguments);
+  if (!arguments.labels.empty()) all["classes"] = reportClasses(arguments, read.objects, tasks);
   if (arguments.json.empty()) return;
   writeFileAtomically(arguments.json, [&](std::ostream& out) { out << all.dump(1) << '\n'; });
 }
