@@ -13,12 +13,12 @@ from . import methods, report, results, worlds
 
 PROGRAMS = os.path.join("devel", "lib", "task_scene_graph")
 
-# duration_s: of the walk through an apartment, 0: until every room has been seen.
-Suite = collections.namedtuple("Suite", "seeds levels duration_s")
+# duration_s: of the walk, 0: until every room has been seen.
+Suite = collections.namedtuple("Suite", "worlds seeds levels duration_s")
 SUITES = {
-    "smoke": Suite([1], ["clip_like"], 12.0),
-    "small": Suite([1], ["none", "clip_like"], 0.0),
-    "full": Suite([1, 2, 3, 4, 5], list(worlds.LEVELS), 0.0),
+    "smoke": Suite(["apartment"], [1], ["clip_like"], 12.0),
+    "small": Suite(["apartment"], [1], ["none", "clip_like"], 0.0),
+    "full": Suite(list(worlds.KINDS), [1, 2, 3, 4, 5], list(worlds.LEVELS), 0.0),
 }
 
 
@@ -34,11 +34,12 @@ def parse_arguments():
     parser.add_argument("--output", default="output/benchmark", help="folder (output/benchmark)")
     parser.add_argument("--suite", choices=sorted(SUITES), default="small",
                         help="smoke: the first seconds of one apartment; small: one apartment, two "
-                             "levels (default); full: five apartments, three levels")
+                             "levels (default); full: five of each world, both task lists, three levels")
     parser.add_argument("--house", action="append", default=[],
                         help="folder of a rendered house with labels, embeddings and truth; "
                              "may be given several times")
-    parser.add_argument("--seeds", type=int, nargs="*", help="of the apartments, not the suite's")
+    parser.add_argument("--worlds", nargs="*", choices=worlds.KINDS, help="not the suite's")
+    parser.add_argument("--seeds", type=int, nargs="*", help="of the worlds, not the suite's")
     parser.add_argument("--levels", nargs="+", choices=worlds.LEVELS, help="not the suite's")
     parser.add_argument("--methods", nargs="+", default=[m.name for m in methods.METHODS],
                         help="rows of the table (all): " +
@@ -51,6 +52,7 @@ def parse_arguments():
     except ValueError as error:
         parser.error(str(error))
     suite = SUITES[arguments.suite]
+    arguments.worlds = suite.worlds if arguments.worlds is None else arguments.worlds
     arguments.seeds = suite.seeds if arguments.seeds is None else arguments.seeds
     arguments.levels = arguments.levels or suite.levels
     arguments.duration_s = suite.duration_s
@@ -75,19 +77,19 @@ class Runner:
             raise RuntimeError(f"{command[0]} ended with status {status}; see {self.log}")
 
 
-def make_map(run, recording, front_end, folder):
+def make_map(run, recording, tasks, front_end, folder):
     """Runs the chain unless its map is there. Returns the map's folder."""
     target = os.path.join(folder, front_end)
     if os.path.exists(os.path.join(target, "done.json")):
         return target
     os.makedirs(target, exist_ok=True)
-    program, config = methods.FRONT_ENDS[front_end]
+    program, config, _ = methods.FRONT_ENDS[front_end]
     command = [program, "--bag", recording.bag, "--output", target]
     if config is not None:
         path = os.path.join(target, "config.yaml")
         with open(path, "w", encoding="utf-8") as file:
             json.dump(config, file)  # JSON is YAML
-        command += ["--object-tasks", recording.tasks, "--place-tasks", recording.place_tasks,
+        command += ["--object-tasks", tasks, "--place-tasks", recording.place_tasks,
                     "--config", path]
     started = time.monotonic()
     run(command)
@@ -106,42 +108,50 @@ def read_time_per_frame(folder):
         return None
 
 
-def evaluate(run, recording, method, map_folder, folder):
+def evaluate(run, recording, tasks, method, map_folder, folder):
     scores = os.path.join(folder, f"{method.name}.scores.json")
-    command = ["evaluate_scene_graph", "--map", map_folder, "--truth", recording.truth, "--tasks",
-               recording.tasks, "--layer", method.layer, "--json", scores]
+    command = ["evaluate_scene_graph", "--map", map_folder, "--truth", tasks.truth, "--tasks",
+               tasks.tasks, "--layer", method.layer, "--json", scores]
     if method.filtered:
         command += ["--min-cosine", str(methods.ALPHA)]
+    if os.path.exists(os.path.join(map_folder, "floor_0.yaml")) and os.path.exists(recording.rooms):
+        command += ["--rooms", recording.rooms]
     run(command)
     with open(scores, encoding="utf-8") as file:
         return json.load(file)
 
 
-def score(run, recording, world, level, arguments):
-    folder = os.path.join(arguments.output, recording.name)
+def score_list(run, recording, number, level, arguments):
+    """One of the recording's lists of tasks. Maps that do not depend on tasks are made once."""
+    tasks = recording.lists[number]
+    shared = os.path.join(arguments.output, recording.name)
+    folder = os.path.join(shared, "coarse") if number > 0 else shared
     for method in arguments.methods:
         path = os.path.join(folder, f"{method.name}.result.json")
         if os.path.exists(path):
             continue
-        map_folder = make_map(run, recording, method.front_end, folder)
-        scores = evaluate(run, recording, method, map_folder, folder)
-        results.write(path, {"world": world, "level": level, "recording": recording.name,
+        uses_tasks = methods.FRONT_ENDS[method.front_end].uses_tasks
+        map_folder = make_map(run, recording, tasks.tasks, method.front_end,
+                              folder if uses_tasks else shared)
+        scores = evaluate(run, recording, tasks, method, map_folder, folder)
+        results.write(path, {"world": tasks.world, "level": level, "recording": recording.name,
                              "method": method.name, "scores": scores,
                              "ms_per_frame": read_time_per_frame(map_folder)})
         strict = scores["paper"]["strict"]
-        say(f"{recording.name} {method.name}: strict F1 {strict['f1']:.3f} "
+        say(f"{tasks.world}, {recording.name} {method.name}: strict F1 {strict['f1']:.3f} "
             f"(osR {strict['recall']:.3f}, osP {strict['precision']:.3f})")
 
 
 def list_recordings(run, arguments):
-    """(world, how to prepare it) of each recording; prepared one by one, so that results come early."""
+    """(recording, seed) of each; prepared one by one, so that results come early."""
     bags = os.path.join(arguments.output, "bags")
     os.makedirs(bags, exist_ok=True)
     for house in arguments.house:
         house = os.path.abspath(os.path.expanduser(house))
-        yield os.path.basename(house), worlds.prepare_house(run, bags, house), 1
-    for seed in arguments.seeds:
-        yield "apartment", worlds.prepare_apartment(run, bags, seed, arguments.duration_s), seed
+        yield worlds.prepare_house(run, bags, house), 1
+    for kind in arguments.worlds:
+        for seed in arguments.seeds:
+            yield worlds.prepare_world(run, bags, kind, seed, arguments.duration_s), seed
 
 
 def write_report(arguments):
@@ -166,9 +176,11 @@ def main():
     os.makedirs(arguments.output, exist_ok=True)
     run = Runner(root, os.path.join(arguments.output, "log.txt"))
     try:
-        for world, recording, seed in list_recordings(run, arguments):
+        for recording, seed in list_recordings(run, arguments):
             for level in arguments.levels:
-                score(run, worlds.degrade(run, recording, level, seed), world, level, arguments)
+                degraded = worlds.degrade(run, recording, level, seed)
+                for number in range(len(recording.lists)):
+                    score_list(run, degraded, number, level, arguments)
         write_report(arguments)
     except (RuntimeError, ValueError, OSError) as error:
         print(f"scripts/benchmark: {error}", file=sys.stderr)

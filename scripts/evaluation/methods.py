@@ -11,8 +11,8 @@ Method = collections.namedtuple("Method", "name front_end layer filtered text")
 ALPHA = 0.23  # of the paper, for ViT-L/14
 
 # program: with --bag and --output. config: what --config holds, None where the program has no such
-# option. Thresholds: [Clio24, Sec. V-A] and the released configurations.
-FrontEnd = collections.namedtuple("FrontEnd", "program config")
+# option. uses_tasks: whether the layers that are scored depend on the tasks. Thresholds: [Clio24, Sec. V-A] and the released configurations.
+FrontEnd = collections.namedtuple("FrontEnd", "program config uses_tasks")
 PAPER = {
     "tracker": {"adapt_cosine": False, "max_range_m": 4.0},
     "mesh_fusion": {"reconstruction": {"max_range_m": 4.0, "min_object_share": 0.5,
@@ -20,16 +20,17 @@ PAPER = {
 }
 KHRONOS = {"preset": "khronos", "min_observations": 5, "max_range_m": 4.0}
 FRONT_ENDS = {
-    "default": FrontEnd("process_bag", {}),
-    "paper": FrontEnd("process_bag", PAPER),
-    "khronos": FrontEnd("process_bag", dict(PAPER, tracker=KHRONOS)),
-    "concept_graphs": FrontEnd("concept_graphs", None),
+    "default": FrontEnd("process_bag", {}, True),
+    "paper": FrontEnd("process_bag", PAPER, True),
+    "khronos": FrontEnd("process_bag", dict(PAPER, tracker=KHRONOS), False),
+    "concept_graphs": FrontEnd("concept_graphs", None, False),
 }
 
 METHODS = [
     Method("clio", "default", "objects", False, "this package with its defaults"),
+    Method("primitives", "default", "segments", False, "its primitives, not clustered"),
     Method("clio_paper", "paper", "objects", False, "the paper's thresholds"),
-    Method("clio_prim", "paper", "segments", False, "its primitives, not clustered"),
+    Method("clio_prim", "paper", "segments", False, "these thresholds' primitives"),
     Method("khronos", "khronos", "segments", False, "coarse tracks, no tasks"),
     Method("khronos_task", "khronos", "segments", True, "of these, those near a task"),
     Method("cg", "concept_graphs", "objects", False, "ConceptGraphs"),

@@ -13,17 +13,26 @@ COLUMNS = [
     ("F1 relaxed", ("relaxed", "f1")),
     ("IoU", ("iou",)),
     ("Objs", ("num_objects",)),
+    ("false", ("num_false",)),
 ]
+REGION_COLUMNS = [("precision", "precision"), ("recall", "recall"), ("F1", "f1"),
+                  ("regions", "num_regions"), ("rooms", "num_rooms")]
 
 
 def pick(result, path, mode="paper"):
+    """None where an older result does not tell."""
     value = result["scores"][mode]
     for key in path:
-        value = value[key]
+        value = value.get(key)
+        if value is None:
+            break
     return value
 
 
 def format_cell(values):
+    values = [value for value in values if value is not None]
+    if not values:
+        return ""
     mean, deviation = stored.mean_and_deviation(values)
     digits = 1 if mean > 1.5 else 3
     text = f"{mean:.{digits}f}"
@@ -41,19 +50,61 @@ def make_table(by_method, mode="paper"):
     for method in order(by_method):
         rows = by_method[method]
         cells = [format_cell([pick(row, path, mode) for row in rows]) for _, path in COLUMNS]
-        times = [row["ms_per_frame"] for row in rows if row.get("ms_per_frame") is not None]
-        cells.append(format_cell(times) if times else "")
+        cells.append(format_cell([row.get("ms_per_frame") for row in rows]))
+        lines.append("| " + " | ".join([method] + cells) + " |")
+    return "\n".join(lines)
+
+
+def make_region_table(groups):
+    """Regions of each method against the true rooms; None where nothing was scored."""
+    heads = ["world", "segments", "method"] + [head for head, _ in REGION_COLUMNS]
+    lines = ["| " + " | ".join(heads) + " |", "|" + "---|" * len(heads)]
+    for (world, level), by_method in groups.items():
+        for method in order(by_method):
+            scored = [row["scores"]["regions"] for row in by_method[method]
+                      if "regions" in row["scores"]]
+            if scored:
+                cells = [format_cell([row[key] for row in scored]) for _, key in REGION_COLUMNS]
+                lines.append("| " + " | ".join([world, level, method] + cells) + " |")
+    return "\n".join(lines) if len(lines) > 2 else None
+
+
+def make_calibration_table(groups):
+    """Share of right objects by cosine, of each method over everything; None where not told."""
+    sums = {}
+    for by_method in groups.values():
+        for method, rows in by_method.items():
+            for row in rows:
+                for item in row["scores"].get("calibration", {}).get("bins", []):
+                    count = sums.setdefault(method, {}).setdefault(round(item["low"], 4), [0, 0])
+                    count[0] += item["num_right"]
+                    count[1] += item["num_objects"]
+    if not sums:
+        return None
+    lows = sorted({low for counts in sums.values() for low in counts})
+    lines = ["| method | " + " | ".join(f"from {low:.2f}" for low in lows) + " |",
+             "|" + "---|" * (len(lows) + 1)]
+    for method in order(sums):
+        cells = []
+        for low in lows:
+            right, total = sums[method].get(low, [0, 0])
+            cells.append(f"{right / total:.2f} of {total}" if total else "")
         lines.append("| " + " | ".join([method] + cells) + " |")
     return "\n".join(lines)
 
 
 def make_report(results, command):
     parts = ["# Objects against the truth", "", f"Made by `{command}`; mean ± sample deviation.", ""]
-    for (world, level), by_method in stored.group(results).items():
+    groups = stored.group(results)
+    for (world, level), by_method in groups.items():
         count = max(len(rows) for rows in by_method.values())
         recordings = "recording" if count == 1 else "recordings"
         parts += [f"## {world}, segments: {level} ({count} {recordings})", "",
                   make_table(by_method), ""]
+    for heading, table in (("Regions against rooms", make_region_table(groups)),
+                           ("Share of right objects by cosine", make_calibration_table(groups))):
+        if table is not None:
+            parts += [f"## {heading}", "", table, ""]
     return "\n".join(parts)
 
 

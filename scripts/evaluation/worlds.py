@@ -3,22 +3,31 @@
 import collections
 import os
 
-# truth: what evaluate_scene_graph takes. tasks: file with an embedding per task.
-Recording = collections.namedtuple("Recording", "name bag tasks place_tasks truth")
+# tasks: file with an embedding per task. truth: what evaluate_scene_graph takes.
+# world: heading in the report; two lists of one world have two. rooms: the true ones.
+TaskList = collections.namedtuple("TaskList", "world tasks truth")
+Recording = collections.namedtuple("Recording", "name bag place_tasks rooms lists")
 
 LEVELS = ("none", "clip_like", "hard")
-APARTMENT = ["--width", "320", "--height", "240", "--rate", "5"]
+KINDS = ("apartment", "cubicle", "office", "building")
+CAMERA = ["--width", "320", "--height", "240", "--rate", "5"]
 
 
-def prepare_apartment(run, folder, seed, duration_s):
-    """A generated apartment of its own for each seed."""
-    name = f"apartment_{seed}" if duration_s == 0.0 else f"apartment_{seed}_{duration_s:g}s"
+def prepare_world(run, folder, kind, seed, duration_s):
+    """A generated world of its own for each seed. All but apartments have a second list of tasks,
+    about groups of things."""
+    name = f"{kind}_{seed}" if duration_s == 0.0 else f"{kind}_{seed}_{duration_s:g}s"
     stem = os.path.join(folder, name)
     if not os.path.exists(stem + ".bag"):
-        run(["simulate_apartment", "--output", stem + ".bag", "--seed", str(seed), "--duration",
-             str(duration_s)] + APARTMENT)
-    return Recording(name, stem + ".bag", stem + ".object_tasks.yaml",
-                     stem + ".place_tasks.yaml", stem + ".ground_truth")
+        run(["simulate_apartment", "--world", kind, "--output", stem + ".bag", "--seed", str(seed),
+             "--duration", str(duration_s)] + CAMERA)
+    truth = stem + ".ground_truth"
+    lists = [TaskList(kind, stem + ".object_tasks.yaml", truth)]
+    if kind != "apartment":
+        lists.append(TaskList(f"{kind} (coarse tasks)", stem + ".coarse_tasks.yaml",
+                              os.path.join(truth, "coarse_tasks.yaml")))
+    return Recording(name, stem + ".bag", stem + ".place_tasks.yaml",
+                     os.path.join(truth, "rooms.json"), lists)
 
 
 def prepare_house(run, folder, source):
@@ -27,8 +36,9 @@ def prepare_house(run, folder, source):
     stem = os.path.join(folder, name)
     if not os.path.exists(stem + ".bag"):
         run(["dataset_to_bag", "--input", source, "--output", stem + ".bag"])
-    return Recording(name, stem + ".bag", stem + ".object_tasks.yaml", stem + ".place_tasks.yaml",
-                     source)
+    return Recording(name, stem + ".bag", stem + ".place_tasks.yaml",
+                     os.path.join(source, "rooms.json"),
+                     [TaskList(name, stem + ".object_tasks.yaml", source)])
 
 
 def degrade(run, recording, level, seed):

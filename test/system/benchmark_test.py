@@ -68,6 +68,58 @@ class EvaluateSceneGraph(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stdout)
         self.assertIn("kept 0 of 0 objects", done.stdout)
 
+    def test_false_objects_and_the_share_of_right_ones_by_cosine_are_told(self):
+        self.write("truth.yaml", "cup: [{center: [0, 0, 0], extents: [1, 1, 1]}]\nsofa: []\n")
+        done = self.evaluate("--json", self.path("scores.json"))
+        self.assertEqual(done.returncode, 0, done.stdout)
+        with open(self.path("scores.json"), encoding="utf-8") as file:
+            scores = json.load(file)
+        self.assertEqual(scores["paper"]["num_false"], 1)  # the sofa that nobody has
+        self.assertEqual(sum(row["num_objects"] for row in scores["calibration"]["bins"]), 2)
+        self.assertEqual(sum(row["num_right"] for row in scores["calibration"]["bins"]), 1)
+        self.assertIn("for tasks that nothing serves", done.stdout)
+
+    def test_regions_are_scored_against_true_rooms(self):
+        place = {"id": 10, "layer": 3, "attributes": {
+            "type": "PlaceNodeAttributes", "position": [0.5, 0.5, 0.6], "distance": 0.5}}
+        room = {"id": 90, "layer": 4, "attributes": {"type": "RoomNodeAttributes"}}
+        self.write("scene_graph.json", json.dumps({
+            "nodes": [place, room, make_node(0, [0, 0, 0], [1, 1, 1], [0.9, 0.1, 0.4])],
+            "edges": [{"source": 90, "target": 10}]}))
+        self.write("rooms.json", json.dumps({"rooms": [
+            {"name": "hall", "rectangle_m": [0, 0, 2, 2], "height_m": 2.6}]}))
+        done = self.evaluate("--rooms", self.path("rooms.json"))
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("no floor_0.yaml", done.stdout)
+        self.write("floor_0.yaml", "image: f.pgm\nresolution: 0.1\norigin: [0, 0, 0]\n"
+                                   "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n")
+        with open(self.path("f.pgm"), "wb") as file:
+            file.write(b"P5\n20 20\n255\n" + bytes([254]) * 400)
+        done = self.evaluate("--rooms", self.path("rooms.json"), "--json", self.path("scores.json"))
+        self.assertEqual(done.returncode, 0, done.stdout)
+        with open(self.path("scores.json"), encoding="utf-8") as file:
+            regions = json.load(file)["regions"]
+        self.assertEqual((regions["precision"], regions["num_rooms"]), (1.0, 1))
+        self.assertAlmostEqual(regions["recall"], 0.19, delta=0.03)  # a disc of 0.5 m in 2 m x 2 m
+
+    def test_classes_of_vertices_are_scored_against_a_labelled_mesh(self):
+        head = "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\n" \
+               "property float z\nproperty int {}\nend_header\n"
+        self.write("mesh.ply", head.format(3, "object_id") + "0 0 0 0\n0 0 0.5 1\n5 0 0 1\n")
+        self.write("labels.ply", head.format(4, "label") +
+                   "0 0 0.5 0\n5 0 0.05 0\n5 0 0 1\n9 9 9 -1\n")
+        self.write_map([make_node(1, [0, 0, 0], [1, 1, 1], [0.9, 0.1, 0.4])])
+        done = self.evaluate("--labels", self.path("labels.ply"), "--json", self.path("scores.json"))
+        self.assertEqual(done.returncode, 0, done.stdout)
+        with open(self.path("scores.json"), encoding="utf-8") as file:
+            classes = json.load(file)["classes"]
+        self.assertEqual(classes["recalls"], [1.0, 0.0])  # the sofa's vertex is the cup's object's
+        self.assertAlmostEqual(classes["weighted_iou"], 4.0 / 9.0)
+        self.write("labels.ply", "solid\n")
+        done = self.evaluate("--labels", self.path("labels.ply"))
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("labels.ply", done.stdout)
+
     def test_task_of_the_truth_without_embedding_is_named(self):
         self.write("tasks.yaml", "tasks:\n- {name: sofa, embedding: [0, 1, 0]}\n")
         done = self.evaluate()
@@ -115,6 +167,19 @@ class Report(unittest.TestCase):
         table = report.make_table({"clio": [make_result("clio", 0.8), make_result("clio", 0.9)]})
         self.assertIn("0.850 ± 0.071", table)
 
+    def test_regions_and_calibration_have_tables_where_they_were_scored(self):
+        one, other = make_result("clio", 0.8), make_result("khronos", 0.5)
+        text = report.make_report([one, other], "command")
+        self.assertNotIn("Regions", text)
+        one["scores"]["regions"] = {"precision": 0.9, "recall": 0.8, "f1": 0.847, "num_regions": 6,
+                                    "num_rooms": 5}
+        one["scores"]["calibration"] = {"separation": 0.9, "bins": [
+            {"low": 0.22, "num_objects": 4, "num_right": 1},
+            {"low": 0.28, "num_objects": 5, "num_right": 5}]}
+        text = report.make_report([one, other], "command")
+        self.assertIn("| apartment | none | clio | 0.900 | 0.800 | 0.847 | 6.0 | 5.0 |", text)
+        self.assertIn("| clio | 0.25 of 4 | 1.00 of 5 |", text)
+
     def test_comparison_has_the_change(self):
         lines = report.compare([make_result("clio", 0.8)], [make_result("clio", 0.9)])
         self.assertIn("| apartment | none | clio | 0.800 | 0.900 | +0.100 |", lines)
@@ -142,9 +207,20 @@ class Benchmark(unittest.TestCase):
             found = results.load_all(folder)
             self.assertEqual(len(found), 2)
             self.assertGreater(found[0]["scores"]["paper"]["num_objects"], 0)
+            self.assertIn("regions", found[0]["scores"])
             again = run(*command)
             self.assertEqual(again.returncode, 0, again.stdout)
             self.assertNotIn("strict F1", again.stdout)
+
+    def test_worlds_have_two_lists_and_maps_without_tasks_are_made_once(self):
+        with tempfile.TemporaryDirectory() as folder:
+            done = run(os.path.join(SOURCE, "scripts", "benchmark"), "--output", folder, "--suite",
+                       "smoke", "--worlds", "cubicle", "--methods", "khronos_task")
+            self.assertEqual(done.returncode, 0, done.stdout)
+            worlds = {result["world"] for result in results.load_all(folder)}
+            self.assertEqual(worlds, {"cubicle", "cubicle (coarse tasks)"})
+            with open(os.path.join(folder, "log.txt"), encoding="utf-8") as file:
+                self.assertEqual(file.read().count("$ process_bag"), 1)
 
     def test_unknown_method_is_refused_with_the_known_ones(self):
         done = run(os.path.join(SOURCE, "scripts", "benchmark"), "--methods", "magic")
