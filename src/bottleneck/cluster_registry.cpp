@@ -21,6 +21,9 @@ struct Group {
   std::uint32_t end;
   std::uint32_t entry;   // the name it takes over
   std::uint32_t shared;  // primitives in common with the former bearer of the name
+  std::uint64_t keys;    // hash of its primitives' keys
+  std::uint64_t known;   // id that these primitives had; 0: none
+  bool is_back;          // and it has that again
 
   std::uint32_t size() const { return end - begin; }
 };
@@ -43,7 +46,7 @@ void ClusterRegistry::Groups::append(ComponentIndex index, const Component& comp
   for (std::uint32_t i = 0; i < roots.size(); ++i) {
     if (roots[i] == i) {
       const auto label = static_cast<std::uint32_t>(list.size()) - first;
-      list.push_back({index, label, is_rerun, component.nodes[i], 0, 0, kNone, 0});
+      list.push_back({index, label, is_rerun, component.nodes[i], 0, 0, kNone, 0, 0, 0, false});
     }
     group_of[i] = roots[i] == i ? static_cast<std::uint32_t>(list.size()) - 1 : group_of[roots[i]];
     ++list[group_of[i]].end;
@@ -70,6 +73,37 @@ ClusterRegistry::Groups ClusterRegistry::makeGroups(const std::vector<ComponentI
   return groups;
 }
 
+void ClusterRegistry::findKnown(Groups& groups, const PrimitiveGraph& graph) const {
+  for (Group& group : groups.list) {
+    SetHash keys;
+    for (std::uint32_t i = group.begin; i < group.end; ++i) keys.add(graph[groups.members[i]].key);
+    group.keys = keys.value();
+    group.known = names_.find(group.keys);
+  }
+}
+
+ClusterRegistry::Entries ClusterRegistry::claimKnown(Groups& groups,
+                                                     const std::vector<std::uint32_t>& former,
+                                                     const std::vector<Legacy>& legacies) {
+  Entries free(former.begin(), former.end());
+  for (const Legacy& legacy : legacies) {  // such as go to a cluster that has no other id stay
+    if (groups.list[legacy.group].known == 0) free.erase(legacy.former);
+  }
+  Entries taken;
+  for (Group& group : groups.list) {
+    if (group.known == 0) continue;
+    const std::uint32_t entry = indexOf(group.known);
+    if (entry != kNone && free.erase(entry) == 0) continue;
+    group.is_back = true;
+    group.entry = entry == kNone ? reviveEntry(group.known) : entry;
+    taken.insert(group.entry);
+    for (std::uint32_t i = group.begin; i < group.end; ++i) {
+      if (clusterOf(groups.members[i]) == group.entry) ++group.shared;
+    }
+  }
+  return taken;
+}
+
 void ClusterRegistry::countShared(const Groups& groups, std::uint32_t group,
                                   std::vector<std::uint32_t>& seen) {
   const Group& g = groups.list[group];
@@ -81,11 +115,10 @@ void ClusterRegistry::countShared(const Groups& groups, std::uint32_t group,
   }
 }
 
-std::vector<std::uint32_t> ClusterRegistry::findHeirs(const Groups& groups,
-                                                      const PrimitiveGraph& graph) {
+std::vector<ClusterRegistry::Legacy> ClusterRegistry::findHeirs(const Groups& groups,
+                                                                const PrimitiveGraph& graph) {
   const auto keyOf = [&](const Group& group) { return graph[group.smallest].key; };
   std::vector<std::uint32_t> all_formers;
-  std::vector<std::uint32_t> formers_of_group;
   const auto count = static_cast<std::uint32_t>(groups.list.size());
   for (std::uint32_t g = 0; g < count; ++g) {
     const Group& group = groups.list[g];
@@ -101,20 +134,25 @@ std::vector<std::uint32_t> ClusterRegistry::findHeirs(const Groups& groups,
       heir.shared = 0;
     }
   }
-  return all_formers;
+  std::vector<Legacy> legacies;
+  for (const std::uint32_t former : all_formers) {
+    const Heir heir = std::exchange(heirs_[former], Heir());
+    legacies.push_back({former, heir.group, heir.most_shared});
+  }
+  return legacies;
 }
 
-void ClusterRegistry::claimFormer(Groups& groups, const PrimitiveGraph& graph) {
-  for (const std::uint32_t former : findHeirs(groups, graph)) {
-    const Heir heir = heirs_[former];
-    heirs_[former] = Heir();
-    Group& group = groups.list[heir.group];
+void ClusterRegistry::claimFormer(Groups& groups, const std::vector<Legacy>& legacies,
+                                  const Entries& taken) {
+  for (const Legacy& legacy : legacies) {
+    Group& group = groups.list[legacy.group];
+    if (group.is_back || taken.count(legacy.former) > 0) continue;
     const bool is_better =
-        group.entry == kNone || heir.most_shared > group.shared ||
-        (heir.most_shared == group.shared && table_[former].id < table_[group.entry].id);
+        group.entry == kNone || legacy.shared > group.shared ||
+        (legacy.shared == group.shared && table_[legacy.former].id < table_[group.entry].id);
     if (!is_better) continue;
-    group.entry = former;
-    group.shared = heir.most_shared;
+    group.entry = legacy.former;
+    group.shared = legacy.shared;
   }
 }
 
@@ -132,11 +170,14 @@ std::vector<std::uint64_t> ClusterRegistry::dropUnclaimed(const std::vector<std:
     }
     heirs_[entry].shared = 0;
   }
+  for (const Group& group : groups.list) {
+    if (group.entry != kNone) heirs_[group.entry].shared = 0;
+  }
   std::sort(removed.begin(), removed.end());
   return removed;
 }
 
-std::uint32_t ClusterRegistry::makeEntry() {
+std::uint32_t ClusterRegistry::takeFree(std::uint64_t id) {
   if (free_.empty()) {
     free_.push_back(static_cast<std::uint32_t>(table_.size()));
     table_.emplace_back();
@@ -144,15 +185,34 @@ std::uint32_t ClusterRegistry::makeEntry() {
   }
   const std::uint32_t entry = free_.back();
   free_.pop_back();
-  table_[entry].id = next_id_++;
+  table_[entry].id = id;
+  return entry;
+}
+
+std::uint32_t ClusterRegistry::makeEntry() {
+  const std::uint32_t entry = takeFree(next_id_++);
   issued_.emplace_back(table_[entry].id, entry);
-  if (issued_.size() <= issued_limit_) return entry;
+  if (issued_.size() > issued_limit_) dropStaleIds();
+  return entry;
+}
+
+std::uint32_t ClusterRegistry::reviveEntry(std::uint64_t id) {
+  const std::uint32_t entry = takeFree(id);
+  const auto place = std::lower_bound(issued_.begin(), issued_.end(), std::make_pair(id, 0u));
+  if (place != issued_.end() && place->first == id) {
+    place->second = entry;
+  } else {
+    issued_.insert(place, {id, entry});
+  }
+  return entry;
+}
+
+void ClusterRegistry::dropStaleIds() {
   const auto is_gone = [this](const auto& issued) {
     return table_[issued.second].id != issued.first;
   };
   issued_.erase(std::remove_if(issued_.begin(), issued_.end(), is_gone), issued_.end());
   issued_limit_ = 2 * issued_.size() + 1024;
-  return entry;
 }
 
 std::uint32_t ClusterRegistry::indexOf(std::uint64_t id) const {
@@ -182,6 +242,7 @@ std::vector<std::uint64_t> ClusterRegistry::commit(const Groups& groups,
     const bool is_same =
         !group.is_rerun && group.shared == group.size() && group.shared == entry.size;
     if (!is_same) changed.push_back(entry.id);
+    if (!is_same) names_.remember(group.keys, entry.id);
     entry = {entry.id, group.component, group.label, group.size()};
     for (std::uint32_t i = group.begin; i < group.end; ++i) {
       cluster_of_[groups.members[i]] = group.entry;
@@ -202,7 +263,9 @@ ClusterRegistry::Changes ClusterRegistry::assign(const std::vector<ComponentInde
                                                  ComponentSet& component_set) {
   if (cluster_of_.size() < graph.tableSize()) cluster_of_.resize(graph.tableSize(), kNone);
   Groups groups = makeGroups(components, is_rerun, component_set);
-  claimFormer(groups, graph);
+  findKnown(groups, graph);
+  const std::vector<Legacy> legacies = findHeirs(groups, graph);
+  claimFormer(groups, legacies, claimKnown(groups, former, legacies));
   Changes changes;
   changes.removed = dropUnclaimed(former, groups);
   nameUnclaimed(groups, graph);

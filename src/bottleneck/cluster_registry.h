@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
 #include "component_set.h"
+#include "task_scene_graph/core/set_names.h"
 
 namespace tsg::bottleneck {
 
@@ -13,8 +15,11 @@ namespace tsg::bottleneck {
 ///
 /// A former cluster's id goes to the cluster that now holds most of its primitives (equal: the one
 /// with the smallest key); a cluster that could take several ids takes that of which it holds most
-/// (equal: the smallest id). Clusters left without an id get new ones, ascending with their
-/// smallest key. So the ids follow from the sequence of changes, and no id is ever used twice.
+/// (equal: the smallest id). But clusters of exactly the primitives of one of before have their id
+/// again, unless it would go to a cluster that has none of its own. Clusters left without an id get
+/// new ones, ascending with their smallest key. So the ids follow from the sequence of changes, a
+/// threshold turned there and back gives the same ids, and no id goes to primitives none of which
+/// it ever named.
 class ClusterRegistry {
  public:
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
@@ -64,17 +69,31 @@ class ClusterRegistry {
     std::uint32_t group = kNone;
     std::uint32_t most_shared = 0;
   };
+  // The same, found.
+  struct Legacy {
+    std::uint32_t former;
+    std::uint32_t group;
+    std::uint32_t shared;
+  };
+  using Entries = std::unordered_set<std::uint32_t>;
 
   static Groups makeGroups(const std::vector<ComponentIndex>& components,
                            const std::vector<bool>& is_rerun, const ComponentSet& component_set);
-  std::vector<std::uint32_t> findHeirs(const Groups& groups, const PrimitiveGraph& graph);
+  void findKnown(Groups& groups, const PrimitiveGraph& graph) const;
+  std::vector<Legacy> findHeirs(const Groups& groups, const PrimitiveGraph& graph);
   void countShared(const Groups& groups, std::uint32_t group, std::vector<std::uint32_t>& seen);
-  void claimFormer(Groups& groups, const PrimitiveGraph& graph);
+  /// Returns the entries that were given to clusters of the same primitives as before.
+  Entries claimKnown(Groups& groups, const std::vector<std::uint32_t>& former,
+                     const std::vector<Legacy>& legacies);
+  void claimFormer(Groups& groups, const std::vector<Legacy>& legacies, const Entries& taken);
   std::vector<std::uint64_t> dropUnclaimed(const std::vector<std::uint32_t>& former,
                                            const Groups& groups);
   void nameUnclaimed(Groups& groups, const PrimitiveGraph& graph);
   std::vector<std::uint64_t> commit(const Groups& groups, ComponentSet& component_set);
   std::uint32_t makeEntry();
+  std::uint32_t takeFree(std::uint64_t id);
+  std::uint32_t reviveEntry(std::uint64_t id);
+  void dropStaleIds();
   std::uint32_t indexOf(std::uint64_t id) const;  // kNone if there is none
 
   std::vector<Entry> table_;
@@ -85,6 +104,7 @@ class ClusterRegistry {
       issued_;                       // ids ascending, with their entries
   std::size_t issued_limit_ = 1024;  // of its size, before those that are no more are dropped
   std::uint64_t next_id_ = 1;
+  SetNames names_{200000};  // ids by the keys of what they named: 10 MB
 };
 
 }  // namespace tsg::bottleneck

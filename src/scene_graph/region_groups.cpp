@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <set>
 #include <tuple>
+#include <utility>
 
 namespace tsg::scene_graph {
 namespace {
@@ -86,6 +87,12 @@ class GroupGraph {
   std::vector<std::map<std::size_t, double>> joints_m_;
 };
 
+std::uint64_t hashPlaces(const std::vector<PlaceId>& places) {
+  SetHash hash;
+  for (const PlaceId place : places) hash.add(place.value);
+  return hash.value();
+}
+
 PlaceGroups tidy(PlaceGroups groups) {
   groups.erase(std::remove_if(groups.begin(), groups.end(),
                               [](const std::vector<PlaceId>& group) { return group.empty(); }),
@@ -124,38 +131,68 @@ PlaceGroups absorbSmallGroups(PlaceGroups groups, const std::vector<PlaceEdge>& 
 void RegionIds::adopt(const std::map<RegionId, std::vector<PlaceId>>& places_of) {
   groups_.clear();
   ids_.clear();
+  names_ = SetNames{kMaxNames};
   for (const auto& [id, places] : places_of) {
     next_ = std::max(next_, id.value + 1);
     groups_.push_back(places);
     std::sort(groups_.back().begin(), groups_.back().end());
     ids_.push_back(id);
+    names_.remember(hashPlaces(places), id.value);
   }
 }
 
-std::vector<RegionId> RegionIds::match(const PlaceGroups& groups) {
-  std::vector<RegionId> ids(groups.size());
-  std::unordered_map<PlaceId, RegionId> region_of = matchUnchanged(groups, ids);
-  std::vector<std::tuple<std::size_t, RegionId, std::size_t>> shares;
+std::vector<RegionIds::Share> RegionIds::findShares(
+    const PlaceGroups& groups, const std::unordered_map<PlaceId, RegionId>& region_of) {
+  std::vector<Share> shares;
   for (std::size_t i = 0; i < groups.size(); ++i) {
-    if (ids[i].isValid()) continue;
     std::map<RegionId, std::size_t> shared;
     for (const PlaceId place : groups[i]) {
       const auto found = region_of.find(place);
       if (found != region_of.end()) ++shared[found->second];
     }
-    for (const auto& [id, count] : shared) shares.emplace_back(count, id, i);
+    for (const auto& [id, count] : shared) shares.push_back({count, id, i});
   }
-  std::sort(shares.begin(), shares.end(), [](const auto& left, const auto& right) {
-    if (std::get<0>(left) != std::get<0>(right)) return std::get<0>(left) > std::get<0>(right);
-    return std::tie(std::get<1>(left), std::get<2>(left)) <
-           std::tie(std::get<1>(right), std::get<2>(right));
+  std::sort(shares.begin(), shares.end(), [](const Share& a, const Share& b) {
+    if (a.count != b.count) return a.count > b.count;
+    return std::tie(a.id, a.group) < std::tie(b.id, b.group);
   });
-  std::set<RegionId> taken;
-  for (const auto& [count, id, group] : shares) {
-    if (!ids[group].isValid() && taken.insert(id).second) ids[group] = id;
+  return shares;
+}
+
+void RegionIds::claimKnown(const std::vector<Share>& shares, const std::vector<RegionId>& known,
+                           std::vector<RegionId>& ids) {
+  std::set<RegionId> seen;
+  std::set<RegionId> bound(ids.begin(), ids.end());  // and those that go to groups without another
+  for (const Share& share : shares) {
+    if (seen.insert(share.id).second && !known[share.group].isValid()) bound.insert(share.id);
   }
-  for (RegionId& id : ids) {
-    if (!id.isValid()) id = RegionId{next_++};
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    if (known[i].isValid() && bound.insert(known[i]).second) ids[i] = known[i];
+  }
+}
+
+std::vector<RegionId> RegionIds::match(const PlaceGroups& groups) {
+  std::vector<RegionId> ids(groups.size());
+  const auto region_of = matchUnchanged(groups, ids);
+  std::vector<std::uint64_t> sets(groups.size());
+  std::vector<RegionId> known(groups.size());
+  PlaceGroups changed(groups.size());  // empty where nothing is to do
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    if (ids[i].isValid()) continue;
+    changed[i] = groups[i];
+    sets[i] = hashPlaces(groups[i]);
+    known[i] = RegionId{names_.find(sets[i])};
+  }
+  const std::vector<Share> shares = findShares(changed, region_of);
+  claimKnown(shares, known, ids);
+  std::set<RegionId> taken(ids.begin(), ids.end());
+  for (const Share& share : shares) {
+    RegionId& id = ids[share.group];
+    if (!id.isValid() && taken.insert(share.id).second) id = share.id;
+  }
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    if (!ids[i].isValid()) ids[i] = RegionId{next_++};
+    if (!changed[i].empty()) names_.remember(sets[i], ids[i].value);
   }
   groups_ = groups;
   ids_ = ids;

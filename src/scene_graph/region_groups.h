@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "task_scene_graph/core/primitives.h"
+#include "task_scene_graph/core/set_names.h"
 
 namespace tsg::scene_graph {
 
@@ -25,18 +26,33 @@ class RegionIds {
  public:
   /// Ids of the groups, in their order. A group gets the id of the former group with which it
   /// shares most places, the largest shares first (equal: the smaller id, then the earlier group);
-  /// each id goes to one group. The others get new ones; none is used twice. O(places + changed
-  /// groups' places log).
+  /// each id goes to one group. But groups of exactly the places of one of before have their id
+  /// again, unless it would go to a group that has none of its own. The others get new ones; none
+  /// goes to places none of which it ever named. O(places + changed groups' places log).
   std::vector<RegionId> match(const PlaceGroups& groups);
   /// Takes ids for those of the call before. @param places_of  by id
   void adopt(const std::map<RegionId, std::vector<PlaceId>>& places_of);
 
  private:
+  static constexpr std::size_t kMaxNames = 10000;
+
+  struct Share {
+    std::size_t count = 0;  ///< places that they have in common
+    RegionId id;            ///< of the former group
+    std::size_t group = 0;
+  };
+
   std::unordered_map<PlaceId, RegionId> matchUnchanged(const PlaceGroups& groups,
                                                        std::vector<RegionId>& ids) const;
+  static std::vector<Share> findShares(const PlaceGroups& groups,
+                                       const std::unordered_map<PlaceId, RegionId>& region_of);
+  /// Gives groups that were there before their ids.
+  static void claimKnown(const std::vector<Share>& shares, const std::vector<RegionId>& known,
+                         std::vector<RegionId>& ids);
 
   PlaceGroups groups_;         ///< of the last call
   std::vector<RegionId> ids_;  ///< ... and their ids
+  SetNames names_{kMaxNames};  ///< ids by what they named
   std::uint64_t next_ = 1;
 };
 

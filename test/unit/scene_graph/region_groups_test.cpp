@@ -50,11 +50,35 @@ TEST(RegionIds, StayWithTheGroupThatSharesMostPlaces) {
   EXPECT_EQ(ids.match({{{1}, {4}, {5}}, {{2}}, {{3}}}), (std::vector<RegionId>{{2}, {1}, {3}}));
 }
 
-TEST(RegionIds, AreNotUsedTwice) {
+TEST(RegionIds, NeverGoToOtherPlaces) {
   RegionIds ids;
   ids.match({{{1}}, {{2}}});
   EXPECT_EQ(ids.match({{{2}}}), (std::vector<RegionId>{{2}}));
-  EXPECT_EQ(ids.match({{{1}}, {{2}}}), (std::vector<RegionId>{{3}, {2}}));
+  EXPECT_EQ(ids.match({{{2}}, {{3}}}), (std::vector<RegionId>{{2}, {3}}));
+}
+
+TEST(RegionIds, OfGroupsThatFormAgainAreTheirsAgain) {
+  RegionIds ids;
+  const PlaceGroups three{{{1}, {2}, {3}}, {{4}, {5}}, {{6}}};
+  const std::vector<RegionId> first = ids.match(three);
+  EXPECT_EQ(ids.match({{{1}, {2}, {3}, {4}, {5}}, {{6}}}), (std::vector<RegionId>{{1}, {3}}));
+  EXPECT_EQ(ids.match({{{1}, {2}, {3}, {4}, {5}, {6}}}), (std::vector<RegionId>{{1}}));
+  EXPECT_EQ(ids.match(three), first);
+}
+
+TEST(RegionIds, AreKeptByTheLargerPartAlthoughTheSmallerBeganThem) {
+  RegionIds ids;
+  ids.match({{{1}}});
+  ids.match({{{1}, {2}, {3}}});
+  EXPECT_EQ(ids.match({{{1}}, {{2}, {3}}}), (std::vector<RegionId>{{2}, {1}}));
+}
+
+TEST(RegionIds, OfAMapOfBeforeLeaveNoneOfThoseThatWereThere) {
+  RegionIds ids;
+  ids.match({{{1}, {2}}, {{3}}});
+  ids.match({{{1}, {2}, {3}}});
+  ids.adopt({{{7}, {{1}, {2}}}});
+  EXPECT_EQ(ids.match({{{1}, {2}}, {{3}}}), (std::vector<RegionId>{{7}, {8}}));
 }
 
 /// The rule as it is written, pair by pair.
