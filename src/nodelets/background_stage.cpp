@@ -40,6 +40,7 @@ BackgroundStage::BackgroundStage(ros::NodeHandle& handle, const BackgroundStageO
       fusion_(std::make_unique<pipeline::BackgroundFusion>(options.fusion)),
       mesh_publisher_(handle, late_, report, options.world_frame,
                       options.fusion.background.tsdf.voxel_size_m * mapping::kBlockSide),
+      camera_publisher_(handle, late_, options.world_frame),
       places_(handle,
               {options.fusion.places, options.world_frame, options.queue_size,
                options.max_queue_bytes, options.on_map},
@@ -50,6 +51,7 @@ BackgroundStage::BackgroundStage(ros::NodeHandle& handle, const BackgroundStageO
           [this](const Job&) { report_.countDropped("integration queue full"); }) {}
 
 void BackgroundStage::addFrame(const RgbdFramePtr& frame) {
+  camera_publisher_.add(frame->camera, frame->T_world_camera);
   auto share = budget_.reserve(ros_interface::countBytes(*frame));
   if (share == nullptr) return report_.countDropped("integration queue full (bytes)");
   worker_.push({frame, std::move(share), num_resets_});
@@ -130,6 +132,7 @@ void BackgroundStage::reset() {
   ++num_resets_;
   fusion_ = std::make_unique<pipeline::BackgroundFusion>(options_.fusion);
   mesh_publisher_.clear(newest_frame_);
+  camera_publisher_.clear();
   places_.clear(newest_frame_);
   if (occupancy_) occupancy_->clear(newest_frame_);
   newest_frame_ = {};
@@ -165,6 +168,7 @@ void BackgroundStage::restore(const map::Map& map) {
   last_mesh_ = last_places_ = std::nullopt;
   mesh_publisher_.clear(newest_frame_);
   publishMesh(all);
+  camera_publisher_.restore(trajectory_);
   places_.restore(map.placeMemory(), options_.fusion.free_space.tsdf.voxel_size_m);
   if (occupancy_ && map.occupancy() != nullptr)
     occupancy_->restore(*map.occupancy(), newest_frame_);

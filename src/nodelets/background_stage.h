@@ -18,6 +18,7 @@
 #include "task_scene_graph/map/map.h"
 #include "task_scene_graph/pipeline/background_fusion.h"
 #include "task_scene_graph/ros/byte_budget.h"
+#include "task_scene_graph/ros/camera_publisher.h"
 #include "task_scene_graph/ros/late_subscribers.h"
 #include "task_scene_graph/ros/mesh_publisher.h"
 #include "task_scene_graph/ros/stage_report.h"
@@ -43,7 +44,8 @@ struct BackgroundStageOptions {
 /// have threads of their own. Thread-safe.
 class BackgroundStage {
  public:
-  /// Advertises `mesh`, `mesh_blocks`, `place_graph` and, where enabled, `octomap...`.
+  /// Advertises `mesh`, `mesh_blocks`, `place_graph`, `camera_markers` and, where enabled,
+  /// `octomap...`.
   /// @param report  must outlive this object
   BackgroundStage(ros::NodeHandle& handle, const BackgroundStageOptions& options,
                   ros_interface::StageReport& report);
@@ -110,6 +112,7 @@ class BackgroundStage {
   std::optional<Stamp> last_mesh_;
   std::optional<Stamp> last_places_;
   ros_interface::MeshPublisher mesh_publisher_;
+  ros_interface::CameraPublisher camera_publisher_;
   PlacesStage places_;
   std::unique_ptr<OccupancyStage> occupancy_;  ///< null if off
   ros_interface::Worker<Job> worker_;

@@ -2,6 +2,7 @@
 #include "question_services.h"
 
 #include <ros/service.h>
+#include <visualization_msgs/MarkerArray.h>
 
 #include <algorithm>
 #include <exception>
@@ -14,6 +15,7 @@
 #include "task_scene_graph/ros/message_conversions.h"
 #include "task_scene_graph/ros/object_conversions.h"
 #include "task_scene_graph/ros/question_conversions.h"
+#include "task_scene_graph/ros/question_markers.h"
 #include "task_scene_graph/scene_graph/questions.h"
 
 namespace tsg::nodelets {
@@ -126,7 +128,9 @@ void describeObject(const scene_graph::SceneGraph& graph, ObjectId id,
 
 QuestionServices::QuestionServices(ros::NodeHandle& services, GraphAccess access,
                                    std::shared_ptr<language::WordEncoder> encoder)
-    : access_(std::move(access)), encoder_(std::move(encoder)) {
+    : access_(std::move(access)),
+      encoder_(std::move(encoder)),
+      markers_(services.advertise<visualization_msgs::MarkerArray>("question_markers", 1, true)) {
   servers_.push_back(services.advertiseService("ask", &QuestionServices::serveAsk, this));
   servers_.push_back(services.advertiseService("explain", &QuestionServices::serveExplain, this));
   servers_.push_back(
@@ -175,6 +179,7 @@ void QuestionServices::answer(const msg::AskRequest& request, msg::AskResponse& 
   response.message = (request.words.empty() ? std::string() : "'" + request.words + "': ") +
                      scene_graph::describeAnswers(answers, *graph);
   response.success = 1;
+  markers_.publish(ros_interface::makeQuestionMarkers(*graph, question, request.words));
 }
 
 bool QuestionServices::serveAsk(msg::AskRequest& request, msg::AskResponse& response) {

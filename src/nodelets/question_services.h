@@ -15,7 +15,7 @@
 namespace tsg::nodelets {
 
 /// Questions to the map and the camera: services `~ask`, `~explain`, `~get_object` and
-/// `~grasp_pixel`.
+/// `~grasp_pixel`; and the topic `~question_markers`, latched: the scores of the last question.
 class QuestionServices {
  public:
   /// @param services  whose callbacks run in a thread of their own, one at a time
@@ -36,6 +36,7 @@ class QuestionServices {
 
   GraphAccess access_;
   std::shared_ptr<language::WordEncoder> encoder_;
+  ros::Publisher markers_;
   std::vector<ros::ServiceServer> servers_;
 };
 

@@ -147,10 +147,12 @@ class Look {
 /// Draws parts of one graph into one array.
 class Painter {
  public:
+  /// @param region_colors  of all regions of the graph
   Painter(const scene_graph::SceneGraph& graph, const MarkerConfig& config, std::string frame,
-          TaskNumbers& numbers)
+          TaskNumbers& numbers, const std::map<RegionId, int>& region_colors)
       : graph_(graph),
         config_(config),
+        region_colors_(region_colors),
         frame_(std::move(frame)),
         region_of_place_(scene_graph::computeRegionOfPlaces(graph)) {
     for (const auto& task : graph_.object_tasks) {
@@ -261,7 +263,7 @@ class Painter {
     for (auto place = begin; place != end; ++place) {
       const scene_graph::Region* region = findRegion(place);
       look.add(place->position_m);
-      if (region != nullptr) look.add(region->id.value).add(region->position_m);
+      if (region != nullptr) look.add(colorOf(*region)).add(region->position_m);
     }
     return look.take();
   }
@@ -272,9 +274,9 @@ class Painter {
     }
     return look.take();
   }
-  static std::string lookOf(const scene_graph::Region& region) {
+  std::string lookOf(const scene_graph::Region& region) const {
     Look look;
-    look.add(region.position_m).add(region.task);
+    look.add(region.position_m).add(region.task).add(colorOf(region));
     for (const auto& corner_m : region.footprint_m) look.add(corner_m.x()).add(corner_m.y());
     return look.take();
   }
@@ -299,9 +301,7 @@ class Painter {
     const auto task = static_cast<std::size_t>(object.task_index);
     return task < color_of_task_.size() ? color_of_task_[task] : -1;
   }
-  static int colorOf(const scene_graph::Region& region) {
-    return static_cast<int>(region.id.value - 1);
-  }
+  int colorOf(const scene_graph::Region& region) const { return region_colors_.at(region.id); }
 
   Marker& add(const std::string& ns, std::uint64_t id, int type, double scale_m,
               const std_msgs::ColorRGBA& color) {
@@ -353,7 +353,7 @@ class Painter {
     addText("object_labels", group.id, group.center_m + node, group.task + number, 1.0);
     const Eigen::Vector3d above(group.center_m.x(), group.center_m.y(),
                                 group.top_m + config_.text_height_m);
-    addText("object_box_labels", group.id, above, group.task + number, 0.7);
+    addText("object_box_labels", group.id, above, group.task + number, 1.2);
   }
 
   /// The twelve edges of the object's box.
@@ -388,7 +388,7 @@ class Painter {
     for (auto place = begin; place != end; ++place) {
       spheres.points.push_back(toPoint(liftPlace(*place)));
       const scene_graph::Region* region = findRegion(place);
-      spheres.colors.push_back(computeColor(region == nullptr ? -1 : colorOf(*region), 1.0F));
+      spheres.colors.push_back(computeRegionColor(region == nullptr ? -1 : colorOf(*region), 1.0F));
     }
   }
 
@@ -407,7 +407,7 @@ class Painter {
       const scene_graph::Region* region = findRegion(place);
       if (region == nullptr) continue;
       addLine(lines, liftRegion(*region), liftPlace(*place));
-      lines.colors.insert(lines.colors.end(), 2, computeColor(colorOf(*region), 0.5F));
+      lines.colors.insert(lines.colors.end(), 2, computeRegionColor(colorOf(*region), 0.5F));
     }
     dropIfEmpty();
   }
@@ -415,7 +415,7 @@ class Painter {
   void paintRegion(const scene_graph::Region& region) {
     const Eigen::Vector3d node = liftRegion(region);
     paintFootprint(region);
-    add("regions", region.id.value, Marker::CUBE, 0.35, computeColor(colorOf(region), 1.0F))
+    add("regions", region.id.value, Marker::CUBE, 0.35, computeRegionColor(colorOf(region), 1.0F))
         .pose.position = toPoint(node);
     addText("region_labels", region.id.value, node + Eigen::Vector3d(0.0, 0.0, 0.45),
             region.task.empty() ? "region " + std::to_string(region.id.value) : region.task, 1.4);
@@ -425,10 +425,10 @@ class Painter {
   void paintFootprint(const scene_graph::Region& region) {
     const double z_m = region.position_m.z();
     Marker& floor = add("region_floors", region.id.value, Marker::TRIANGLE_LIST, 1.0,
-                        computeColor(colorOf(region), 0.35F));
+                        computeRegionColor(colorOf(region), 0.35F));
     for (const Strip& strip : cutIntoStrips(region.footprint_m)) addStrip(floor, strip, z_m);
     Marker& outline = add("region_outlines", region.id.value, Marker::LINE_LIST, 0.05,
-                          computeColor(colorOf(region), 1.0F));
+                          computeRegionColor(colorOf(region), 1.0F));
     const auto& corners = region.footprint_m;
     for (std::size_t i = 0; i < corners.size(); ++i) {
       const Eigen::Vector2d& next = corners[(i + 1) % corners.size()];
@@ -437,17 +437,13 @@ class Painter {
     dropIfEmpty();
   }
 
+  /// Two triangles, counterclockwise seen from above: rviz lights that side.
   static void addStrip(Marker& floor, const Strip& strip, double z_m) {
-    const auto addCorner = [&](double x, double y) {
-      floor.points.push_back(toPoint(Eigen::Vector3d(x, y, z_m)));
-    };
-    // counterclockwise, or every other one would be shaded as if seen from below
-    addCorner(strip.x0_m, strip.y0_m);
-    addCorner(strip.x1_m, strip.y0_m);
-    addCorner(strip.x0_m, strip.y1_m);
-    addCorner(strip.x1_m, strip.y1_m);
-    addCorner(strip.x0_m, strip.y1_m);
-    addCorner(strip.x1_m, strip.y0_m);
+    const Eigen::Vector3d corners[] = {{strip.x0_m, strip.y0_m, z_m},
+                                       {strip.x1_m, strip.y0_m, z_m},
+                                       {strip.x1_m, strip.y1_m, z_m},
+                                       {strip.x0_m, strip.y1_m, z_m}};
+    for (const int corner : {0, 1, 2, 0, 2, 3}) floor.points.push_back(toPoint(corners[corner]));
   }
 
   void paintRegionEdges() {
@@ -470,6 +466,7 @@ class Painter {
 
   const scene_graph::SceneGraph& graph_;
   const MarkerConfig& config_;
+  const std::map<RegionId, int>& region_colors_;
   const std::string frame_;
   const std::vector<RegionId> region_of_place_;
   std::vector<int> color_of_task_;
@@ -499,22 +496,11 @@ void deleteMissing(const std::vector<Marker>& before, const std::vector<Marker>&
 
 }  // namespace
 
-std_msgs::ColorRGBA computeColor(int index, float alpha) {
-  std_msgs::ColorRGBA color;
-  color.a = alpha;
-  color.r = color.g = color.b = 0.45F;
-  if (index < 0) return color;
-  const double hue = std::fmod(index * 0.61803398875, 1.0) * 6.0;  // golden ratio: spread evenly
-  const float value = index % 2 == 0 ? 0.95F : 0.7F;
-  const auto channel = [&](double shift) {
-    const double k = std::fmod(shift + hue, 6.0);
-    const double part = std::max(0.0, std::min({k, 4.0 - k, 1.0}));
-    return value * (1.0F - 0.85F * static_cast<float>(part));
-  };
-  color.r = channel(5.0);
-  color.g = channel(3.0);
-  color.b = channel(1.0);
-  return color;
+void SceneGraphMarkers::colorRegions(const scene_graph::SceneGraph& graph) {
+  for (const auto& region : graph.regions) {
+    if (region_colors_.count(region.id) > 0) continue;
+    region_colors_[region.id] = chooseRegionColor(graph, region, region_colors_);
+  }
 }
 
 void SceneGraphMarkers::setConfig(const MarkerConfig& config) {
@@ -525,7 +511,8 @@ void SceneGraphMarkers::setConfig(const MarkerConfig& config) {
 visualization_msgs::MarkerArray SceneGraphMarkers::update(const scene_graph::SceneGraph& graph,
                                                           TaskNumbers& numbers) {
   visualization_msgs::MarkerArray changes;
-  Painter painter(graph, config_, world_frame_, numbers);
+  colorRegions(graph);
+  Painter painter(graph, config_, world_frame_, numbers, region_colors_);
   ++num_updates_;
   painter.visit([&](Kind kind, std::uint64_t id, std::string look, const auto& paint) {
     Group& group = groups_[{kind, id}];

@@ -3,6 +3,11 @@
 
 #include <visualization_msgs/MarkerArray.h>
 
+#ifdef TSG_WITH_VISION_MSGS
+#include <vision_msgs/Detection3DArray.h>
+#endif
+
+#include "task_scene_graph/ros/detections.h"
 #include "task_scene_graph/ros/scene_graph_changes.h"
 #include "task_scene_graph/ros/scene_graph_conversions.h"
 
@@ -19,12 +24,19 @@ SceneGraphPublisher::SceneGraphPublisher(ros::NodeHandle& handle, StageReport& r
           [this](PartSender& sender) { sendWholeGraph(sender); })),
       markers_publisher_(late_.advertise<visualization_msgs::MarkerArray>(
           handle, "scene_graph_markers", kQueueSize,
-          [this](PartSender& sender) { sendAllMarkers(sender); })) {}
+          [this](PartSender& sender) { sendAllMarkers(sender); })) {
+#ifdef TSG_WITH_VISION_MSGS
+  detections_publisher_ = handle.advertise<vision_msgs::Detection3DArray>("detections", 1, true);
+#endif
+}
 
 void SceneGraphPublisher::publish(const scene_graph::SceneGraphPtr& graph, TaskNumbers& numbers) {
   const msg::SceneGraphConstPtr message =
       toMessage(*graph, options_.world_frame, options_.with_embeddings);
   whole_publisher_.publish(message);
+#ifdef TSG_WITH_VISION_MSGS
+  detections_publisher_.publish(toDetections<vision_msgs::Detection3DArray>(*graph, numbers));
+#endif
   const std::lock_guard<std::mutex> lock(mutex_);
   msg::SceneGraphChanges changes =
       computeChanges(message_ == nullptr ? msg::SceneGraph() : *message_, *message);

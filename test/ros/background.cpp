@@ -182,6 +182,34 @@ TEST(BackgroundStage, ResetClearsAllAndTellsSubscribersAndANewMapFollows) {
   EXPECT_NE(vertices, "0 vertices");
 }
 
+/// Whether a frustum is drawn with its tip where the camera of this frame is.
+bool showsCamera(const visualization_msgs::MarkerArray& array, const RgbdFrame& frame) {
+  return std::any_of(array.markers.begin(), array.markers.end(), [&](const auto& marker) {
+    return marker.ns == "camera_frustum" && ros_interface::toVector(marker.points.front())
+                                                .isApprox(frame.T_world_camera.translation(), 1e-9);
+  });
+}
+
+TEST(BackgroundStage, TheCameraAndItsWayAreShownAlsoToThoseWhoComeLateAndForgottenByAReset) {
+  Fixture fixture("camera");
+  Recorder<visualization_msgs::MarkerArray> live("camera/camera_markers");
+  ASSERT_TRUE(live.waitForPublisher());
+  fixture.addFrames(0, 1);
+  EXPECT_TRUE(live.waitFor([](const auto& array) { return showsCamera(array, *makeFrame(0)); }));
+  live.stop();
+  Recorder<visualization_msgs::MarkerArray> late("camera/camera_markers");
+  EXPECT_TRUE(late.waitFor([](const auto& array) {
+    return array.markers.front().action == visualization_msgs::Marker::DELETEALL &&
+           showsCamera(array, *makeFrame(0));
+  }));
+  ASSERT_TRUE(fixture.stage.flush({soon()}).empty());
+  fixture.stage.reset();
+  EXPECT_TRUE(late.waitFor([](const auto& array) {
+    return array.markers.size() == 1 &&
+           array.markers.front().action == visualization_msgs::Marker::DELETEALL;
+  }));
+}
+
 TEST(BackgroundStage, FramesThatWaitWhenItIsResetAreNotOfTheNewMap) {
   Fixture fixture("reset_queue");
   fixture.addFrames(0, 40);

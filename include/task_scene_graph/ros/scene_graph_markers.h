@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "task_scene_graph/config/visitor.h"
+#include "task_scene_graph/ros/marker_colors.h"
 #include "task_scene_graph/ros/task_numbers.h"
 #include "task_scene_graph/scene_graph/scene_graph.h"
 
@@ -80,14 +81,13 @@ class SceneGraphMarkers {
   using GroupKey = std::pair<int, std::uint64_t>;  ///< kind, id or chunk
 
   void removeGone(visualization_msgs::MarkerArray& changes);
+  void colorRegions(const scene_graph::SceneGraph& graph);
 
   MarkerConfig config_;
   std::string world_frame_;
   std::map<GroupKey, Group> groups_;
+  std::map<RegionId, int> region_colors_;  ///< of all there ever were: an id keeps its colour
   std::uint64_t num_updates_ = 0;
 };
-
-/// Colour of the i-th task or region: far apart for neighbouring i; grey for i < 0.
-std_msgs::ColorRGBA computeColor(int index, float alpha);
 
 }  // namespace tsg::ros_interface

@@ -17,7 +17,8 @@ namespace tsg::ros_interface {
 
 /// The scene graph on three topics: `scene_graph`, whole and latched; `scene_graph_changes`,
 /// numbered, of which a late subscriber is first sent the whole; `scene_graph_markers`, what
-/// changed in the picture, of which a late subscriber is first sent all.
+/// changed in the picture, of which a late subscriber is first sent all. Where the package
+/// vision_msgs was found, the objects also as `detections`, latched.
 class SceneGraphPublisher {
  public:
   struct Options {
@@ -56,6 +57,7 @@ class SceneGraphPublisher {
   ros::Publisher whole_publisher_;
   ros::Publisher changes_publisher_;
   ros::Publisher markers_publisher_;
+  ros::Publisher detections_publisher_;  ///< with vision_msgs only
 };
 
 }  // namespace tsg::ros_interface

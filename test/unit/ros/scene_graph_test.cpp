@@ -161,7 +161,7 @@ TEST(SceneGraphMarkers, FillTheFootprintOfARegion) {
     const auto& b = floor->points[i + 1];
     const auto& c = floor->points[i + 2];
     const double twice_m2 = (b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y);
-    EXPECT_GT(twice_m2, 0.0) << "seen from above it turns to the right";
+    EXPECT_GT(twice_m2, 0.0);  // its front is up: rviz shows it lit from above
     area_m2 += 0.5 * twice_m2;
     EXPECT_EQ(a.z, graph.regions[0].position_m.z());
     EXPECT_FALSE((a.x + b.x + c.x) / 3 > 1.0 && (a.y + b.y + c.y) / 3 > 1.0);
@@ -329,6 +329,27 @@ TEST(SceneGraphMarkers, APlaceThatMovesDrawsItsNeighboursByIdOnly) {
   for (const auto& marker : changes.markers) {
     EXPECT_LE(marker.points.size(), 2 * SceneGraphMarkers::kChunk);
   }
+}
+
+TEST(SceneGraphMarkers, ARegionThatComesBackHasItsColourAgain) {
+  const scene_graph::SceneGraph graph = makeGraph();
+  SceneGraphMarkers markers(MarkerConfig{}, "world");
+  TaskNumbers numbers;
+  const auto colorOf = [](const MarkerArray& array, int region) {
+    const auto color = findMarker(array, "regions", region)->color;
+    return std::make_tuple(color.r, color.g, color.b);
+  };
+  const MarkerArray first = markers.update(graph, numbers);
+  EXPECT_NE(colorOf(first, 1), colorOf(first, 2));
+  scene_graph::SceneGraph other = graph;
+  other.region_edges.clear();
+  other.regions = {graph.regions[0]};
+  other.regions[0].id = {3};
+  const MarkerArray second = markers.update(other, numbers);
+  EXPECT_EQ(findMarker(second, "regions", 1)->action, Marker::DELETE);
+  const MarkerArray third = markers.update(graph, numbers);
+  EXPECT_EQ(colorOf(third, 1), colorOf(first, 1));
+  EXPECT_EQ(colorOf(third, 2), colorOf(first, 2));
 }
 
 TEST(SceneGraphMarkers, ColoursOfDifferentTasksDiffer) {

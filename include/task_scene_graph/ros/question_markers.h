@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <visualization_msgs/MarkerArray.h>
+
+#include <cstddef>
+#include <string>
+
+#include "task_scene_graph/scene_graph/scene_graph.h"
+
+namespace tsg::ros_interface {
+
+// A million dots would take seconds to send and to draw; so many show where it is warm.
+constexpr std::size_t kMaxQuestionBoxes = 200;
+constexpr std::size_t kNumQuestionLabels = 5;
+
+/// How well everything in the map fits a question, as colours from blue (least) to red (best):
+/// namespaces question_objects (boxes), question_primitives (boxes of the kMaxQuestionBoxes best
+/// that are part of no object), question_others (a dot for each other primitive), question_labels
+/// (scores of the kNumQuestionLabels best) and question_legend (what was asked, and what blue and
+/// red mean). First all of the question before is deleted. O(n log n + n D).
+/// @param question  size D, as in scene_graph::answerQuestion(), which has checked it
+/// @param asked     words, for the legend; empty: asked otherwise
+visualization_msgs::MarkerArray makeQuestionMarkers(const scene_graph::SceneGraph& graph,
+                                                    const Embedding& question,
+                                                    const std::string& asked);
+
+}  // namespace tsg::ros_interface
