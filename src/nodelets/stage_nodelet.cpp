@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "stage_nodelet.h"
 
+#include <ros/network.h>
+
 #include <map>
 #include <utility>
 
@@ -36,7 +38,7 @@ void StageNodelet::onInit() {
     const double period_s = getPrivateNodeHandle().param("diagnostic_period", 1.0);
     diagnostics_ = std::make_unique<diagnostic_updater::Updater>(getNodeHandle(),
                                                                  getPrivateNodeHandle(), getName());
-    diagnostics_->setHardwareID("none");
+    diagnostics_->setHardwareID(ros::network::getHost());
     diagnostics_->add("stage", [this](auto& status) { report_->fill(status); });
     timer_ = getNodeHandle().createWallTimer(ros::WallDuration(period_s),
                                              [this](const ros::WallTimerEvent&) { look(); });
