@@ -27,6 +27,7 @@ foreach(module ${TSG_CORE_MODULES})
 endforeach()
 tsg_add_unit_test(simulation tsg_simulation)
 tsg_add_unit_test(evaluation tsg_evaluation)
+tsg_add_unit_test(rviz tsg_core)  # what of the plugin needs neither rviz nor Qt
 if(TARGET tsg_ros)
   tsg_add_unit_test(ros tsg_ros)
 endif()

@@ -4,6 +4,8 @@
 #include <dynamic_reconfigure/Reconfigure.h>
 #include <ros/service.h>
 #include <std_srvs/Trigger.h>
+#include <task_scene_graph/GetObject.h>
+#include <task_scene_graph/LoadMap.h>
 
 #include <exception>
 #include <utility>
@@ -105,6 +107,28 @@ void ChainLink::explain(std::uint8_t what, std::uint64_t id) {
   request.a = id;
   call<msg::Explain>("explain", request,
                      [this](const auto& response) { handlers_.on_explanation(response.message); });
+}
+
+void ChainLink::showPicture(std::uint8_t what, std::uint64_t id) {
+  msg::GetObjectRequest request;
+  request.what = what;
+  request.id = id;
+  call<msg::GetObject>("get_object", request, [this](const auto& response) {
+    handlers_.on_picture(response.success != 0 ? response.thumbnail : sensor_msgs::Image());
+  });
+}
+
+void ChainLink::loadMap(const std::string& folder, bool with_tasks) {
+  msg::LoadMapRequest request;
+  request.folder = folder;
+  request.with_tasks = with_tasks ? 1 : 0;
+  handlers_.on_note("loading '" + folder + "' ...");
+  call<msg::LoadMap>("load_map", request, [this](const auto& response) {
+    if (response.success == 0) return handlers_.on_error("load_map failed: " + response.message);
+    std::string text = "load_map: done\n" + response.message;
+    for (const auto& note : response.notes) text += "\n" + note;
+    handlers_.on_note(text);
+  });
 }
 
 void ChainLink::setParameter(const std::string& name, double value) {

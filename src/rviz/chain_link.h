@@ -27,7 +27,8 @@ class ChainLink : public QObject {
     std::function<void(const diagnostic_msgs::DiagnosticArray&)> on_diagnostics;
     std::function<void(const msg::AskResponse&)> on_answers;
     std::function<void(const std::string&)> on_explanation;
-    std::function<void(const std::string&)> on_note;   ///< what was done
+    std::function<void(const sensor_msgs::Image&)> on_picture;  ///< empty: there is none
+    std::function<void(const std::string&)> on_note;            ///< what was done
     std::function<void(const std::string&)> on_error;  ///< what went wrong, and what was expected
   };
 
@@ -41,10 +42,13 @@ class ChainLink : public QObject {
   void ask(const std::string& words);
   /// @param what  msg::ExplainRequest::OBJECT, ...
   void explain(std::uint8_t what, std::uint64_t id);
+  /// Asks for the picture of an object or a primitive.
+  void showPicture(std::uint8_t what, std::uint64_t id);
   /// Of dynamic_reconfigure.
   void setParameter(const std::string& name, double value);
   /// Calls one of the stage's services that take nothing: save_map, pause, resume, reset.
   void trigger(const std::string& service);
+  void loadMap(const std::string& folder, bool with_tasks);
 
  private:
   /// Subscriptions and what calls them, ended with their last owner. The thread that subscribes may

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scene_graph_panel.h"
 
+#include <rviz/display_group.h>
 #include <rviz/frame_manager.h>
+#include <rviz/properties/property.h>
 #include <rviz/properties/property_tree_model.h>
 #include <rviz/selection/selection_manager.h>
 #include <rviz/view_controller.h>
@@ -11,12 +13,14 @@
 #include <QHBoxLayout>
 #include <QLabel>
 #include <QLineEdit>
-#include <QMessageBox>
 #include <QPushButton>
 #include <QRegularExpression>
 #include <QTabWidget>
 #include <QVBoxLayout>
+#include <map>
 #include <pluginlib/class_list_macros.hpp>
+
+#include "map_buttons.h"
 
 namespace tsg::rviz_plugin {
 namespace {
@@ -30,14 +34,18 @@ struct Selected {
   std::string name;
 };
 
-/// "Marker object_boxes/12" and "Marker regions/3"; id 0 for others.
+/// "Marker object_boxes/12", "Marker question_primitives/7" and "Marker regions/3"; id 0 for
+/// others.
 Selected readMarkerName(const QString& name) {
-  static const QRegularExpression pattern("^Marker (object|region)\\w*/(\\d+)$");
+  static const QRegularExpression pattern(
+      "^Marker (?:question_)?(object|primitive|region)\\w*/(\\d+)$");
+  static const std::map<QString, std::uint8_t> kinds = {
+      {"object", msg::ExplainRequest::OBJECT},
+      {"primitive", msg::ExplainRequest::PRIMITIVE},
+      {"region", msg::ExplainRequest::REGION}};
   const QRegularExpressionMatch match = pattern.match(name);
   if (!match.hasMatch() || name.contains("edges")) return {};
-  const bool is_object = match.captured(1) == "object";
-  const std::uint8_t what = is_object ? msg::ExplainRequest::OBJECT : msg::ExplainRequest::REGION;
-  return {what, match.captured(2).toULongLong(),
+  return {kinds.at(match.captured(1)), match.captured(2).toULongLong(),
           (match.captured(1) + " " + match.captured(2)).toStdString()};
 }
 
@@ -46,10 +54,10 @@ Selected readMarkerName(const QString& name) {
 SceneGraphPanel::SceneGraphPanel(QWidget* parent) : rviz::Panel(parent) {
   link_ = std::make_unique<ChainLink>(makeHandlers());
   tasks_ = new TaskTab(*link_);
-  questions_ =
-      new QuestionTab(*link_, [this](const std::string& frame, const geometry_msgs::Point& point) {
-        lookAt(frame, point);
-      });
+  questions_ = new QuestionTab(
+      *link_,
+      [this](const std::string& frame, const geometry_msgs::Point& point) { lookAt(frame, point); },
+      [this](bool are_shown) { showScores(are_shown); });
   stages_ = new StageTab;
   tabs_ = new QTabWidget;
   tabs_->setObjectName("tabs");
@@ -63,7 +71,7 @@ SceneGraphPanel::SceneGraphPanel(QWidget* parent) : rviz::Panel(parent) {
   auto* layout = new QVBoxLayout(this);
   layout->addWidget(makeChainRow());
   layout->addWidget(tabs_, 1);
-  layout->addWidget(makeButtons());
+  layout->addWidget(new MapButtons(*link_));
   layout->addWidget(note_);
 }
 
@@ -78,6 +86,7 @@ ChainLink::Handlers SceneGraphPanel::makeHandlers() {
   handlers.on_diagnostics = [this](const auto& message) { stages_->add(message); };
   handlers.on_answers = [this](const auto& answers) { questions_->setAnswers(answers); };
   handlers.on_explanation = [this](const auto& text) { questions_->setExplanation(text); };
+  handlers.on_picture = [this](const auto& picture) { questions_->setPicture(picture); };
   handlers.on_note = [this](const auto& text) { say(text, false); };
   handlers.on_error = [this](const auto& text) { say(text, true); };
   return handlers;
@@ -92,6 +101,15 @@ QWidget* SceneGraphPanel::makeChainRow() {
   chain_->setToolTip("the namespace of the chain");
   layout->addWidget(new QLabel("Chain"));
   layout->addWidget(chain_, 1);
+  fit_ = new QPushButton("Fit view");
+  fit_->setObjectName("fit_view");
+  fit_->setCheckable(true);
+  fit_->setToolTip("all of the map in the view, also as it grows, until you move the view");
+  layout->addWidget(fit_);
+  connect(fit_, &QPushButton::clicked, this, [this](bool is_checked) {
+    if (fitter_ != nullptr) fitter_->setFollowing(is_checked);
+    Q_EMIT configChanged();
+  });
   connect(chain_, &QLineEdit::editingFinished, this, [this] {
     follow(chain_->text());
     Q_EMIT configChanged();
@@ -99,34 +117,11 @@ QWidget* SceneGraphPanel::makeChainRow() {
   return row;
 }
 
-QWidget* SceneGraphPanel::makeButtons() {
-  auto* row = new QWidget;
-  auto* layout = new QHBoxLayout(row);
-  layout->setContentsMargins(0, 0, 0, 0);
-  const auto addButton = [&](const char* text, const char* service, const char* tip) {
-    auto* button = new QPushButton(text);
-    button->setObjectName(service);
-    button->setToolTip(tip);
-    layout->addWidget(button);
-    return button;
-  };
-  for (auto* button : {addButton("Save", "save_map", "writes the map of now"),
-                       addButton("Pause", "pause", "all stages stop taking in images"),
-                       addButton("Resume", "resume", "all stages go on")}) {
-    connect(button, &QPushButton::clicked, this,
-            [this, button] { link_->trigger(button->objectName().toStdString()); });
-  }
-  auto* reset = addButton("Reset", "reset", "all stages forget what they have built");
-  connect(reset, &QPushButton::clicked, this, [this] {
-    const auto answer = QMessageBox::question(
-        this, "Reset", "Forget the map? Tasks and parameters stay; what was not saved is lost.");
-    if (answer == QMessageBox::Yes) link_->trigger("reset");
-  });
-  return row;
-}
-
 void SceneGraphPanel::onInitialize() {
   follow(chain_->text());
+  fitter_ = new ViewFitter(*vis_manager_, this);
+  connect(fitter_, &ViewFitter::followingChanged, fit_, &QPushButton::setChecked);
+  if (is_fitting_) fitter_->setFollowing(true);
   auto* selection = vis_manager_->getSelectionManager()->getPropertyModel();
   connect(selection, SIGNAL(rowsInserted(QModelIndex, int, int)), this, SLOT(onSelectionChanged()));
   connect(selection, SIGNAL(rowsRemoved(QModelIndex, int, int)), this, SLOT(onSelectionChanged()));
@@ -136,12 +131,16 @@ void SceneGraphPanel::load(const rviz::Config& config) {
   rviz::Panel::load(config);
   QString chain;
   if (config.mapGetString("Chain", &chain)) chain_->setText(chain);
-  if (vis_manager_ != nullptr) follow(chain_->text());
+  config.mapGetBool("Fit View", &is_fitting_);
+  if (vis_manager_ == nullptr) return;
+  follow(chain_->text());
+  fitter_->setFollowing(is_fitting_);
 }
 
 void SceneGraphPanel::save(rviz::Config config) const {
   rviz::Panel::save(config);
   config.mapSetValue("Chain", chain_->text());
+  config.mapSetValue("Fit View", fit_->isChecked());
 }
 
 void SceneGraphPanel::follow(const QString& text) {
@@ -165,6 +164,7 @@ void SceneGraphPanel::lookAt(const std::string& frame, const geometry_msgs::Poin
                    vis_manager_->getFixedFrame().toStdString() + "': the view cannot jump there",
                true);
   }
+  fitter_->setFollowing(false);
   vis_manager_->getViewManager()->getCurrent()->lookAt(position);
   vis_manager_->queueRender();
 }
@@ -180,6 +180,28 @@ void SceneGraphPanel::onSelectionChanged() {
     return;
   }
   selected_.clear();
+}
+
+rviz::Display* SceneGraphPanel::findDisplay(const std::string& topic) const {
+  const rviz::DisplayGroup* displays = vis_manager_->getRootDisplayGroup();
+  for (int i = 0; i < displays->numDisplays(); ++i) {
+    rviz::Display* display = displays->getDisplayAt(i);
+    if (display->getClassId() != "rviz/MarkerArray") continue;
+    if (display->subProp("Marker Topic")->getValue().toString().toStdString() == topic) {
+      return display;
+    }
+  }
+  return nullptr;
+}
+
+void SceneGraphPanel::showScores(bool are_shown) {
+  if (vis_manager_ == nullptr) return;
+  const std::string topic = link_->chain() + "/scene_graph/question_markers";
+  if (rviz::Display* display = findDisplay(topic)) return display->setEnabled(are_shown);
+  if (!are_shown) return;
+  rviz::Display* display =
+      vis_manager_->createDisplay("rviz/MarkerArray", "Scores of the last question", true);
+  display->subProp("Marker Topic")->setValue(QString::fromStdString(topic));
 }
 
 void SceneGraphPanel::say(const std::string& text, bool is_error) {

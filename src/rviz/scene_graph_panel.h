@@ -10,16 +10,22 @@
 #include "question_tab.h"
 #include "stage_tab.h"
 #include "task_tab.h"
+#include "view_fitter.h"
 
 class QLabel;
 class QLineEdit;
+class QPushButton;
 class QTabWidget;
+
+namespace rviz {
+class Display;
+}  // namespace rviz
 
 namespace tsg::rviz_plugin {
 
 /// The panel of a running chain in rviz: its tasks, questions to its map, its stages, and what
 /// starts and ends. Nothing it does waits for ROS (ChainLink). What is selected in the view is
-/// explained.
+/// explained, and the view can be fitted to the map.
 class SceneGraphPanel : public rviz::Panel {
   Q_OBJECT
  public:
@@ -36,12 +42,16 @@ class SceneGraphPanel : public rviz::Panel {
  private:
   ChainLink::Handlers makeHandlers();
   QWidget* makeChainRow();
-  QWidget* makeButtons();
+  rviz::Display* findDisplay(const std::string& topic) const;
+  void showScores(bool are_shown);
   void follow(const QString& chain);
   void lookAt(const std::string& frame, const geometry_msgs::Point& point);
   void say(const std::string& text, bool is_error);
 
   QLineEdit* chain_;
+  QPushButton* fit_;
+  bool is_fitting_ = false;  ///< as configured, before rviz is there
+  ViewFitter* fitter_ = nullptr;
   QLabel* note_;
   QTabWidget* tabs_;
   TaskTab* tasks_;

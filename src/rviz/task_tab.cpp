@@ -164,7 +164,7 @@ void TaskTab::showTasks() {
   for (const auto& task : isForPlaces() ? tasks_.place_tasks : tasks_.object_tasks) {
     auto* item = new QTreeWidgetItem(
         list_, {QString::fromStdString(task.name), QString::number(task.count)});
-    item->setIcon(0, makeIcon(task.color));
+    if (!isForPlaces()) item->setIcon(0, makeIcon(task.color));  // regions have colours of their own
     item->setTextAlignment(1, Qt::AlignRight);
     item->setSelected(selected.contains(item->text(0)));
   }

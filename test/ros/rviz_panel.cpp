@@ -1,10 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // rviz itself, without a screen, with the panel in it: used as a person would, with keys and
 // clicks.
+#include <OgreCamera.h>
 #include <gtest/gtest.h>
+#include <rviz/display.h>
+#include <rviz/display_group.h>
 #include <rviz/properties/property.h>
 #include <rviz/properties/property_tree_model.h>
+#include <rviz/render_panel.h>
 #include <rviz/selection/selection_manager.h>
+#include <rviz/tool.h>
+#include <rviz/tool_manager.h>
 #include <rviz/view_controller.h>
 #include <rviz/view_manager.h>
 #include <rviz/visualization_frame.h>
@@ -12,10 +18,15 @@
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <visualization_msgs/MarkerArray.h>
 
 #include <QApplication>
+#include <QCheckBox>
+#include <QDialog>
 #include <QLabel>
 #include <QLineEdit>
+#include <QMessageBox>
+#include <QPixmap>
 #include <QPlainTextEdit>
 #include <QPushButton>
 #include <QScreen>
@@ -23,9 +34,11 @@
 #include <QTabWidget>
 #include <QTest>
 #include <QTreeWidget>
+#include <algorithm>
 #include <atomic>
 #include <csignal>
 #include <cstdlib>
+#include <filesystem>
 #include <map>
 #include <set>
 
@@ -51,6 +64,16 @@ bool waitInGui(const std::function<bool()>& predicate, double timeout_s = 60.0) 
   return true;
 }
 
+#if QT_VERSION < QT_VERSION_CHECK(5, 15, 0)
+const QPixmap* pictureOf(const QLabel* label) { return label->pixmap(); }
+#else
+const QPixmap* pictureOf(const QLabel* label) {
+  static QPixmap picture;
+  picture = label->pixmap(Qt::ReturnByValue);
+  return &picture;
+}
+#endif
+
 /// One primitive for each thing, two metres apart, its embedding that of its name.
 msg::ObjectPrimitivesPtr makeMap() {
   language::WordEncoder encoder(modelsPath());
@@ -63,6 +86,8 @@ msg::ObjectPrimitivesPtr makeMap() {
     const double x_m = 2.0 * static_cast<double>(i);
     primitive->box = makeAabb({x_m, 0, 0}, {x_m + 1, 1, 1});
     primitive->oriented_box = toOrientedBox(primitive->box);
+    primitive->first_seen = primitive->last_seen = Stamp::fromSeconds(10.0);
+    primitive->thumbnail.image = cv::Mat(24, 32, CV_8UC3, cv::Scalar(40.0 * x_m, 90, 160));
     primitive->embedding = embeddings.row(static_cast<Eigen::Index>(i)).transpose();
     primitives.push_back(primitive);
   }
@@ -122,6 +147,42 @@ class Panel : public ::testing::Test {
     if (graphs.empty()) return tasks;
     for (const auto& object : graphs.back()->objects) tasks.insert(object.task);
     return tasks;
+  }
+  static rviz::Display* findDisplay(const std::string& topic) {
+    const rviz::DisplayGroup* displays = state_->frame.getManager()->getRootDisplayGroup();
+    for (int i = 0; i < displays->numDisplays(); ++i) {
+      rviz::Display* display = displays->getDisplayAt(i);
+      if (display->getClassId() != "rviz/MarkerArray") continue;
+      if (display->subProp("Marker Topic")->getValue().toString().toStdString() == topic) {
+        return display;
+      }
+    }
+    return nullptr;
+  }
+  static rviz::Tool* findTool(const char* class_id) {
+    rviz::ToolManager* tools = state_->frame.getManager()->getToolManager();
+    for (int i = 0; i < tools->numTools(); ++i) {
+      if (tools->getTool(i)->getClassId() == class_id) return tools->getTool(i);
+    }
+    return nullptr;
+  }
+  /// And lets rviz draw it.
+  static void fitView() {
+    auto* button = find<QPushButton>("fit_view");
+    if (button->isChecked()) click("fit_view");
+    click("fit_view");
+    QTest::qWait(500);
+  }
+  static void loadMap(const std::string& folder) {
+    click("load_map");
+    ASSERT_TRUE(waitInGui([] { return find<QDialog>("load_dialog") != nullptr; }));
+    auto* dialog = find<QDialog>("load_dialog");
+    auto* entry = dialog->findChild<QLineEdit*>("map_folder");
+    entry->clear();
+    QTest::keyClicks(entry, QString::fromStdString(folder));
+    takeScreenshot("panel_load");
+    QTest::keyClick(entry, Qt::Key_Return);
+    ASSERT_TRUE(waitInGui([] { return find<QDialog>("load_dialog") == nullptr; }));
   }
   static std::string note() { return find<QLabel>("note")->text().toStdString(); }
   /// Into $TSG_SCREENSHOTS, if that is set, to be looked at.
@@ -233,6 +294,127 @@ TEST_F(Panel, AMarkerAmongTheSelectedThingsIsExplained) {
   EXPECT_EQ(find<QTabWidget>("tabs")->currentIndex(), 1);
   takeScreenshot("panel_selected");
   delete marker;
+}
+
+/// Where a point of the map is on rviz's picture, in pixels of its widget.
+QPoint findOnScreen(rviz::VisualizationManager& manager, const Ogre::Vector3& p_world) {
+  const Ogre::Camera& camera = *manager.getViewManager()->getCurrent()->getCamera();
+  const Ogre::Vector3 p = camera.getProjectionMatrix() * (camera.getViewMatrix() * p_world);
+  const QSize size = manager.getRenderPanel()->size();
+  return {static_cast<int>((0.5F + 0.5F * p.x) * static_cast<float>(size.width())),
+          static_cast<int>((0.5F - 0.5F * p.y) * static_cast<float>(size.height()))};
+}
+
+TEST_F(Panel, AClickOnABoxInTheViewShowsItWithItsPicture) {
+  showTab(0);
+  auto* explanation = find<QPlainTextEdit>("explanation");
+  explanation->clear();
+  rviz::VisualizationManager& manager = *state_->frame.getManager();
+  fitView();
+  const auto graph = state_->graphs.messages().back();
+  const auto book = std::find_if(graph->objects.begin(), graph->objects.end(),
+                                 [](const auto& object) { return object.task == "book"; });
+  ASSERT_NE(book, graph->objects.end());
+  rviz::Tool* select = findTool("rviz/Select");
+  ASSERT_NE(select, nullptr);
+  manager.getToolManager()->setCurrentTool(select);
+  const auto& center = book->oriented_box.pose.position;
+  const QPoint on_box = findOnScreen(
+      manager, Ogre::Vector3(static_cast<float>(center.x), static_cast<float>(center.y),
+                             static_cast<float>(center.z)));
+  auto* panel = manager.getRenderPanel();
+  ASSERT_TRUE(panel->rect().contains(on_box)) << on_box.x() << " " << on_box.y();
+  const QPoint corner(4, 4);
+  QTest::mousePress(panel, Qt::LeftButton, Qt::NoModifier, on_box - corner);
+  QTest::mouseMove(panel, on_box + corner);
+  QTest::mouseRelease(panel, Qt::LeftButton, Qt::NoModifier, on_box + corner);
+  EXPECT_TRUE(waitInGui([&] { return explanation->toPlainText().contains("serves 'book'"); }))
+      << explanation->toPlainText().toStdString();
+  EXPECT_EQ(find<QTabWidget>("tabs")->currentIndex(), 1);
+  EXPECT_TRUE(waitInGui([] {
+    const QPixmap* picture = pictureOf(find<QLabel>("picture"));
+    return find<QLabel>("picture")->isVisible() && picture != nullptr && !picture->isNull();
+  }));
+  takeScreenshot("panel_selected");
+  manager.getToolManager()->setCurrentTool(findTool("rviz/Interact"));
+}
+
+TEST_F(Panel, TheFittedViewHoldsAllOfTheMapUntilItIsMoved) {
+  rviz::VisualizationManager& manager = *state_->frame.getManager();
+  auto* view = manager.getViewManager()->getCurrent();
+  view->subProp("Distance")->setValue(1.0);
+  fitView();
+  auto* panel = manager.getRenderPanel();
+  for (const float x : {0.0F, 3.0F}) {  // of the mug and the book, which are shown
+    for (const float z : {0.0F, 3.0F}) {
+      const QPoint on_screen = findOnScreen(manager, Ogre::Vector3(x, 0.5F, z));
+      EXPECT_TRUE(panel->rect().contains(on_screen)) << on_screen.x() << " " << on_screen.y();
+    }
+  }
+  EXPECT_TRUE(find<QPushButton>("fit_view")->isChecked());
+  takeScreenshot("panel_fitted");
+  view->subProp("Yaw")->setValue(1.0);
+  EXPECT_TRUE(waitInGui([] { return !find<QPushButton>("fit_view")->isChecked(); }));
+}
+
+TEST_F(Panel, ScoresOfTheLastQuestionAreShownAndHiddenInTheView) {
+  Recorder<visualization_msgs::MarkerArray> markers(
+      "/task_scene_graph/scene_graph/question_markers");
+  showTab(1);
+  rviz::Display* display = findDisplay("/task_scene_graph/scene_graph/question_markers");
+  ASSERT_NE(display, nullptr);
+  EXPECT_FALSE(display->isEnabled());
+  find<QCheckBox>("show_scores")->setChecked(true);
+  EXPECT_TRUE(display->isEnabled());
+  type("question", "chair");
+  EXPECT_TRUE(waitInGui([&] {
+    const auto all = markers.messages();
+    return !all.empty() && std::any_of(all.back()->markers.begin(), all.back()->markers.end(),
+                                       [](const auto& marker) {
+                                         return marker.ns == "question_primitives" &&
+                                                marker.id == 3 && marker.color.r == 1.0F;
+                                       });
+  })) << note();
+  EXPECT_TRUE(waitInGui([&] { return display->subProp("Namespaces")->numChildren() >= 4; }));
+  takeScreenshot("panel_scores");
+  find<QCheckBox>("show_scores")->setChecked(false);
+  EXPECT_FALSE(display->isEnabled());
+}
+
+TEST_F(Panel, AMapIsSavedForgottenAndLoadedAgain) {
+  namespace fs = std::filesystem;
+  std::string output;
+  ASSERT_TRUE(ros::param::get("/task_scene_graph/scene_graph/output", output));
+  showTab(0);
+  click("save_map");
+  ASSERT_TRUE(waitInGui([] { return note().find("save_map: done") != std::string::npos; }))
+      << note();
+  EXPECT_TRUE(fs::exists(fs::path(output) / "scene_graph.json"));
+  click("reset");
+  ASSERT_TRUE(waitInGui([] { return find<QMessageBox>("reset_dialog") != nullptr; }));
+  QTest::mouseClick(find<QMessageBox>("reset_dialog")->button(QMessageBox::Yes), Qt::LeftButton);
+  EXPECT_TRUE(waitInGui([] { return countsOfTasks()["mug"] == "0"; })) << note();
+  loadMap("/no/such/map");
+  EXPECT_TRUE(waitInGui([] {
+    return note().find("load_map failed") != std::string::npos &&
+           note().find("/no/such/map") != std::string::npos;
+  })) << note();
+  EXPECT_EQ(countsOfTasks()["mug"], "0");
+  loadMap(output);
+  EXPECT_TRUE(waitInGui([] { return countsOfTasks()["mug"] == "1"; })) << note();
+  EXPECT_TRUE(waitInGui([] { return note().find("load_map: done") != std::string::npos; }))
+      << note();
+  takeScreenshot("panel_loaded");
+  fs::remove_all(output);
+}
+
+TEST_F(Panel, AMapIsNotForgottenWithoutAYes) {
+  click("reset");
+  ASSERT_TRUE(waitInGui([] { return find<QMessageBox>("reset_dialog") != nullptr; }));
+  takeScreenshot("panel_reset");
+  QTest::mouseClick(find<QMessageBox>("reset_dialog")->button(QMessageBox::No), Qt::LeftButton);
+  EXPECT_TRUE(waitInGui([] { return find<QMessageBox>("reset_dialog") == nullptr; }));
+  EXPECT_EQ(countsOfTasks()["mug"], "1");
 }
 
 TEST_F(Panel, StagesShowTheirRates) {
