@@ -22,6 +22,4 @@ target_link_libraries(evaluate_scene_graph PRIVATE tsg_evaluation)
 target_link_libraries(render_apartments PRIVATE tsg_simulation)
 target_link_libraries(degrade_segments PRIVATE tsg_simulation)
 target_link_libraries(simulate_apartment PRIVATE tsg_simulation)
-# Plans in a saved map as mesh_fusion does in its own.
-target_sources(view_map PRIVATE src/nodelets/navigation_stage.cpp)
-target_include_directories(view_map PRIVATE src/nodelets)
+target_link_libraries(view_map PRIVATE tsg_nodelets)

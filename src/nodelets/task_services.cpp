@@ -105,6 +105,9 @@ msg::TasksInForce TaskServices::describe(const scene_graph::SceneGraph& graph) {
 }
 
 void TaskServices::publish(const scene_graph::SceneGraph& graph) {
+  // Without a file they are a saved map's: both lists as that has them.
+  const bool are_of_a_map = files_.objects.empty() && std::exchange(is_first_, false);
+  if (are_of_a_map) places_follow_objects_ = graph.place_tasks == graph.object_tasks;
   msg::TasksInForce message = describe(graph);
   {
     const std::lock_guard<std::mutex> lock(mutex_);
