@@ -28,6 +28,8 @@ endforeach()
 tsg_add_unit_test(simulation tsg_simulation)
 tsg_add_unit_test(evaluation tsg_evaluation)
 tsg_add_unit_test(rviz tsg_core)  # what of the plugin needs neither rviz nor Qt
+tsg_add_unit_test(trajectory tsg_trajectory)
+target_link_libraries(test_trajectory ${CERES_LIBRARIES})
 if(TARGET tsg_ros)
   tsg_add_unit_test(ros tsg_ros)
 endif()
@@ -88,6 +90,7 @@ if(benchmark_FOUND)
     add_dependencies(tests ${name})
   endforeach()
   target_link_libraries(messages_benchmark PRIVATE tsg_ros)
+  target_link_libraries(trajectory_benchmark PRIVATE tsg_trajectory)
 endif()
 
 # Programs that the documents show: test/examples/<name>.cpp; ros_<name>.cpp need roscpp and our messages alone.

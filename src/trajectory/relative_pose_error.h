@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include "task_scene_graph/trajectory/se3.h"
+
+namespace tsg::trajectory {
+
+/// computeError() of an edge, times a square root of its information, as Ceres's automatic
+/// differentiation takes it. Positions in metres, quaternions as x, y, z, w.
+class RelativePoseError {
+ public:
+  /// @param weight  of the edge's chi2
+  RelativePoseError(const Pose& T_a_b, const Matrix6d& information, double weight)
+      : p_b_a_(T_a_b.inverse().translation()),
+        q_b_a_(Eigen::Quaterniond(T_a_b.linear()).conjugate()),
+        root_(std::sqrt(weight) * Matrix6d(information.llt().matrixU())) {}
+
+  template <typename T>
+  bool operator()(const T* p_a, const T* q_a, const T* p_b, const T* q_b, T* residual) const {
+    using Vector3 = Eigen::Matrix<T, 3, 1>;
+    const Eigen::Map<const Vector3> position_a(p_a);
+    const Eigen::Map<const Vector3> position_b(p_b);
+    const Eigen::Quaternion<T> turn_a = Eigen::Map<const Eigen::Quaternion<T>>(q_a).conjugate();
+    const Eigen::Map<const Eigen::Quaternion<T>> turn_b(q_b);
+    const Vector3 found = turn_a * Vector3(position_b - position_a);
+    const Eigen::Quaternion<T> rotation = q_b_a_.cast<T>() * turn_a * turn_b;
+    Eigen::Matrix<T, 6, 1> error;
+    error.template head<3>() = q_b_a_.cast<T>() * found + p_b_a_.cast<T>();
+    error.template tail<3>() = (rotation.w() < T(0.0) ? T(-2.0) : T(2.0)) * rotation.vec();
+    Eigen::Map<Eigen::Matrix<T, 6, 1>> whitened(residual);
+    whitened = root_.cast<T>() * error;
+    return true;
+  }
+
+ private:
+  Eigen::Vector3d p_b_a_;
+  Eigen::Quaterniond q_b_a_;
+  Matrix6d root_;  ///< U with U^T U = weight * information
+};
+
+}  // namespace tsg::trajectory

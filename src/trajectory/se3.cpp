@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "task_scene_graph/trajectory/se3.h"
+
+namespace tsg::trajectory {
+namespace {
+
+constexpr double kRotationTolerance = 1e-6;
+
+Eigen::Matrix3d computeCrossMatrix(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d cross;
+  cross << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
+  return cross;
+}
+
+}  // namespace
+
+bool isRigid(const Pose& pose) {
+  if (!pose.matrix().allFinite()) return false;
+  const Eigen::Matrix3d R = pose.linear();
+  return (R * R.transpose()).isIdentity(kRotationTolerance) && R.determinant() > 0.0;
+}
+
+Vector6d toVector(const Pose& motion) {
+  const Eigen::Quaterniond q(motion.linear());
+  Vector6d vector;
+  vector << motion.translation(), (q.w() < 0.0 ? -2.0 : 2.0) * q.vec();
+  return vector;
+}
+
+Matrix6d computeAdjoint(const Pose& T) {
+  Matrix6d adjoint = Matrix6d::Zero();
+  adjoint.topLeftCorner<3, 3>() = T.linear();
+  adjoint.bottomRightCorner<3, 3>() = T.linear();
+  adjoint.topRightCorner<3, 3>() = computeCrossMatrix(T.translation()) * T.linear();
+  return adjoint;
+}
+
+}  // namespace tsg::trajectory
