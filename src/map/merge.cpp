@@ -3,13 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <sstream>
 #include <stdexcept>
-#include <unordered_map>
 #include <unordered_set>
 #include <utility>
 
+#include "task_scene_graph/map/moving.h"
 #include "task_scene_graph/mapping/tsdf_integrator.h"
 #include "task_scene_graph/places/place_extractor.h"
 
@@ -52,37 +51,9 @@ void requireMergeable(const Map& a, const Map& b, const MergeOptions& options) {
   throw std::invalid_argument(message.str());
 }
 
-void move(Mesh& mesh, const Pose& T) {
-  const Eigen::Isometry3f T_float = T.cast<float>();
-  for (auto& vertex : mesh.vertices) vertex = T_float * vertex;
-}
-
-/// The hull of a box that was turned.
-Aabb move(const Aabb& box, const Pose& T) {
-  Aabb moved;
-  for (int corner = 0; corner < 8; ++corner) {
-    moved.extend(T * box.corner(static_cast<Aabb::CornerType>(corner)));
-  }
-  return moved;
-}
-
-OrientedBox move(const OrientedBox& box, const Pose& T) {
-  std::vector<Eigen::Vector3f> corners;
-  for (const Eigen::Vector3f& corner : box.corners()) {
-    corners.emplace_back((T * corner.cast<double>()).cast<float>());
-  }
-  OrientedBox moved = computeOrientedBox(corners);
-  moved.size_m.z() = box.size_m.z();
-  return moved;
-}
-
 ObjectPrimitivePtr move(const ObjectPrimitive& primitive, const Pose& T, std::uint64_t id_offset) {
-  auto moved = std::make_shared<ObjectPrimitive>(primitive);
+  auto moved = std::make_shared<ObjectPrimitive>(movePrimitive(primitive, T));
   moved->id.value += id_offset;
-  if (T.isApprox(Pose::Identity(), 0.0)) return moved;
-  move(moved->mesh, T);
-  moved->box = moved->mesh.vertices.empty() ? move(primitive.box, T) : moved->mesh.computeBounds();
-  if (!primitive.oriented_box.isEmpty()) moved->oriented_box = move(primitive.oriented_box, T);
   return moved;
 }
 
@@ -109,50 +80,6 @@ Cells findCells(const std::vector<BlockMesh>& blocks, double voxel_size_m) {
   return cells;
 }
 
-struct IsBefore {
-  bool operator()(const GridIndex& a, const GridIndex& b) const { return mapping::isBefore(a, b); }
-};
-
-/// Gathers triangles by the block in which their middle lies.
-class BlockGatherer {
- public:
-  explicit BlockGatherer(double block_side_m) : block_side_m_(block_side_m) {}
-
-  void add(const Mesh& mesh, const std::array<std::uint32_t, 3>& triangle) {
-    const GridIndex index = toIndex(centroid(mesh, triangle), block_side_m_);
-    Block& block = blocks_[index];
-    std::array<std::uint32_t, 3> moved{};
-    for (std::size_t i = 0; i < 3; ++i) {
-      const auto next = static_cast<std::uint32_t>(block.mesh.vertices.size());
-      const auto [found, is_new] = block.vertices.try_emplace(triangle[i], next);
-      if (is_new) {
-        block.mesh.vertices.push_back(mesh.vertices[triangle[i]]);
-        block.mesh.colors.push_back(mesh.colors[triangle[i]]);
-      }
-      moved[i] = found->second;
-    }
-    block.mesh.triangles.push_back(moved);
-  }
-  /// The next triangles are of another mesh: their vertices are other ones.
-  void startMesh() {
-    for (auto& [index, block] : blocks_) block.vertices.clear();
-  }
-  std::map<GridIndex, Mesh, IsBefore> take() {
-    std::map<GridIndex, Mesh, IsBefore> meshes;
-    for (auto& [index, block] : blocks_) meshes[index] = std::move(block.mesh);
-    return meshes;
-  }
-
- private:
-  struct Block {
-    Mesh mesh;
-    std::unordered_map<std::uint32_t, std::uint32_t> vertices;  ///< of the mesh at hand
-  };
-
-  double block_side_m_;
-  std::map<GridIndex, Block, IsBefore> blocks_;
-};
-
 void mergeMeshes(const Map& b, const Pose& T_a_b, Map& merged) {
   if (b.meshBlocks().empty()) return;
   const double voxel_size_m =
@@ -161,29 +88,15 @@ void mergeMeshes(const Map& b, const Pose& T_a_b, Map& merged) {
   BlockGatherer gatherer(voxel_size_m * mapping::kBlockSide);
   for (const auto& block : b.meshBlocks()) {
     Mesh mesh = *block.mesh;
-    move(mesh, T_a_b);
+    moveMesh(T_a_b, mesh);
     gatherer.startMesh();
     for (const auto& triangle : mesh.triangles) {
       if (known.count(toIndex(centroid(mesh, triangle), voxel_size_m)) > 0) continue;
       gatherer.add(mesh, triangle);
     }
   }
-  auto meshes = gatherer.take();
   std::vector<BlockMesh> blocks = merged.meshBlocks();
-  for (auto& block : blocks) {
-    const auto found = meshes.find(block.block);
-    if (found == meshes.end()) continue;
-    Mesh both = *block.mesh;
-    both.append(found->second);
-    block.mesh = std::make_shared<const Mesh>(std::move(both));
-    meshes.erase(found);
-  }
-  for (auto& [index, mesh] : meshes) {
-    blocks.push_back({index, std::make_shared<const Mesh>(std::move(mesh))});
-  }
-  std::sort(blocks.begin(), blocks.end(), [](const BlockMesh& x, const BlockMesh& y) {
-    return mapping::isBefore(x.block, y.block);
-  });
+  addToBlocks(gatherer.take(), blocks);
   merged.setMesh(voxel_size_m, std::move(blocks));
 }
 

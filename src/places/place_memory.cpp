@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "place_layers.h"
+#include "task_scene_graph/places/move_memory.h"
 #include "task_scene_graph/places/place_extractor.h"
 
 namespace tsg::places {
@@ -218,6 +219,39 @@ PlaceMemory mergeMemories(const PlaceMemory& a, const PlaceMemory& b, const Pose
   merged.next_id = std::max(a.next_id, b.next_id + id_offset);
   merged.stamp = std::max(a.stamp, b.stamp);
   return merged;
+}
+
+PlaceMemory moveMemory(const PlaceMemory& memory, const MotionField& motion) {
+  PlaceMemory moved = memory;
+  moved.plan = GroundPlan();
+  if (!memory.isEmpty()) {
+    const double side_m = memory.voxel_size_m * mapping::kBlockSide;
+    VoxelGatherer voxels({}, memory.voxel_size_m);
+    for (const VoxelBlock& block : memory.blocks) {
+      voxels.add(block, motion((block.index.cast<double>().array() + 0.5) * side_m));
+    }
+    moved.blocks = voxels.take();
+  }
+  const auto move = [&](const Eigen::Vector3d& p_m) { return Eigen::Vector3d(motion(p_m) * p_m); };
+  const auto movePose = [&](CameraPose& pose) {
+    pose.T_world_camera = motion(pose.T_world_camera.translation()) * pose.T_world_camera;
+  };
+  for (auto& segment : moved.way.segments) {
+    segment.from_m = move(segment.from_m);
+    segment.to_m = move(segment.to_m);
+  }
+  if (moved.way.last) movePose(*moved.way.last);
+  for (CameraPose& pose : moved.way.waiting) movePose(pose);
+  for (View& view : moved.views) {
+    const Eigen::Vector3d camera_m = view.T_camera_world.inverse().translation();
+    view.T_camera_world = view.T_camera_world * motion(camera_m).inverse();
+  }
+  const double size_m = memory.isEmpty() ? 1.0 : memory.voxel_size_m;
+  for (RememberedPlace& known : moved.places) {
+    known.place.position_m = move(known.place.position_m);
+    known.key = (known.place.position_m / size_m).array().floor().cast<int>();
+  }
+  return moved;
 }
 
 }  // namespace tsg::places

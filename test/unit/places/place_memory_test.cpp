@@ -3,10 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 
 #include "box_world.h"
 #include "sparse_config.h"
+#include "task_scene_graph/places/move_memory.h"
 #include "task_scene_graph/places/place_extractor.h"
 
 namespace tsg::places {
@@ -185,6 +187,69 @@ TEST(PlaceMemory, DifferentVoxelsCannotBeMerged) {
   PlaceMemory b;
   b.voxel_size_m = 0.2;
   EXPECT_THROW(mergeMemories(a, b, Pose::Identity(), 0), std::invalid_argument);
+}
+
+void expectSameBlocks(const PlaceMemory& a, const PlaceMemory& b) {
+  ASSERT_EQ(a.blocks.size(), b.blocks.size());
+  for (std::size_t i = 0; i < a.blocks.size(); ++i) {
+    ASSERT_EQ(a.blocks[i].index, b.blocks[i].index);
+    for (std::size_t k = 0; k < a.blocks[i].distances_m.size(); ++k) {
+      const float x_m = a.blocks[i].distances_m[k];
+      const float y_m = b.blocks[i].distances_m[k];
+      ASSERT_TRUE(x_m == y_m || (isNotObserved(x_m) && isNotObserved(y_m)));
+    }
+  }
+}
+
+TEST(PlaceMemory, MovedAsAWholeItIsInOtherCoordinates) {
+  PlaceExtractor east(makeSparseConfig());
+  look(east, kEast, 4.1, 7.5, 1.0);
+  addView(east, {5.0, 2.0, 1.2}, 1);
+  const PlaceMemory memory = east.memory();
+  Pose T = Pose::Identity();
+  T.linear() = Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  T.translation() = Eigen::Vector3d(10.0, -20.0, 1.0);
+  const PlaceMemory moved = moveMemory(memory, [&](const Eigen::Vector3d&) { return T; });
+  const PlaceMemory expected = mergeMemories(PlaceMemory(), memory, T, 0);
+  expectSameBlocks(moved, expected);
+  ASSERT_EQ(moved.way.segments.size(), memory.way.segments.size());
+  EXPECT_TRUE(moved.way.segments[0].to_m.isApprox(expected.way.segments[0].to_m));
+  EXPECT_TRUE(moved.way.last->T_world_camera.isApprox(T * memory.way.last->T_world_camera));
+  ASSERT_EQ(moved.views.size(), 1U);
+  EXPECT_TRUE(moved.views[0].T_camera_world.isApprox(expected.views[0].T_camera_world));
+  ASSERT_EQ(moved.places.size(), memory.places.size());
+  for (std::size_t i = 0; i < moved.places.size(); ++i) {
+    EXPECT_EQ(moved.places[i].place.id, memory.places[i].place.id);
+    EXPECT_TRUE(moved.places[i].place.position_m.isApprox(T * memory.places[i].place.position_m));
+    EXPECT_EQ(moved.places[i].key, expected.places[i].key);
+  }
+  EXPECT_EQ(moved.next_id, memory.next_id);
+  EXPECT_EQ(moved.stamp, memory.stamp);
+  EXPECT_TRUE(moved.plan.tiles().empty());
+}
+
+TEST(PlaceMemory, HalvesThatMoveApartEachMoveRigidly) {
+  PlaceExtractor whole(makeSparseConfig());
+  look(whole, kAll, 0.5, 7.5, 1.0);
+  const PlaceMemory memory = whole.memory();
+  PlaceMemory west = memory;
+  PlaceMemory east = memory;
+  const auto isEast = [](const VoxelBlock& block) { return block.index.x() >= 5; };
+  const auto isWest = [&](const VoxelBlock& block) { return !isEast(block); };
+  west.blocks.erase(std::remove_if(west.blocks.begin(), west.blocks.end(), isEast),
+                    west.blocks.end());
+  east.blocks.erase(std::remove_if(east.blocks.begin(), east.blocks.end(), isWest),
+                    east.blocks.end());
+  ASSERT_FALSE(west.blocks.empty());
+  ASSERT_FALSE(east.blocks.empty());
+  Pose T = Pose::Identity();
+  T.translation() = Eigen::Vector3d(40.0 * kVoxel_m, 3.0 * kVoxel_m, 0.0);
+  const double border_m = 5.0 * mapping::kBlockSide * kVoxel_m;
+  const PlaceMemory moved = moveMemory(memory, [&](const Eigen::Vector3d& p_m) {
+    return p_m.x() > border_m ? T : Pose::Identity();
+  });
+  const PlaceMemory shifted = mergeMemories(PlaceMemory(), east, T, 0);
+  expectSameBlocks(moved, mergeMemories(west, shifted, Pose::Identity(), 0));
 }
 
 }  // namespace
