@@ -3,7 +3,6 @@
 // to see, to cluster and to name places is worth (docs/places.md has the table).
 #include <algorithm>
 #include <array>
-#include <boost/program_options.hpp>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -11,6 +10,7 @@
 #include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <random>
 #include <set>
 #include <string>
@@ -28,6 +28,7 @@
 #include "task_scene_graph/simulation/segment_simulator.h"
 #include "task_scene_graph/simulation/variation.h"
 #include "task_scene_graph/simulation/walk.h"
+#include "tools/command_line.h"
 
 namespace options = boost::program_options;
 namespace fs = std::filesystem;
@@ -426,7 +427,8 @@ void print(const Table& table) {
   }
 }
 
-bool parseArguments(int argc, char** argv, Arguments& a) {
+std::optional<Arguments> parseArguments(int argc, char** argv) {
+  Arguments a;
   options::options_description description(
       "Scores regions against the true rooms (floor cells that were seen; Hydra's room metric).\n"
       "usage: evaluate_regions [options]\noptions");
@@ -445,30 +447,23 @@ bool parseArguments(int argc, char** argv, Arguments& a) {
       "fill-distance",
       options::value(&a.places.fill_distance_m)->default_value(a.places.fill_distance_m),
       "m; of places");
-  options::variables_map values;
-  options::store(options::parse_command_line(argc, argv, description), values);
-  if (values.count("help") > 0) std::cout << description << "\n";
-  options::notify(values);
-  return values.count("help") == 0;
+  if (!tools::parseOptions(argc, argv, description)) return std::nullopt;
+  return a;
+}
+
+void run(const Arguments& arguments) {
+  Table table;
+  for (const std::string& folder : arguments.houses) {
+    evaluate(arguments, readHouse(folder), table);
+  }
+  for (int i = 0; i < arguments.apartments; ++i) {
+    evaluate(arguments, makeApartment(arguments, arguments.first_seed + i), table);
+  }
+  print(table);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    Arguments arguments;
-    if (!parseArguments(argc, argv, arguments)) return 0;
-    Table table;
-    for (const std::string& folder : arguments.houses) {
-      evaluate(arguments, readHouse(folder), table);
-    }
-    for (int i = 0; i < arguments.apartments; ++i) {
-      evaluate(arguments, makeApartment(arguments, arguments.first_seed + i), table);
-    }
-    print(table);
-  } catch (const std::exception& error) {
-    std::cerr << "evaluate_regions: " << error.what() << "\n";
-    return 1;
-  }
-  return 0;
+  return tools::runProgram("evaluate_regions", argc, argv, parseArguments, run);
 }

@@ -180,6 +180,24 @@ class DemoQuestions(unittest.TestCase):
             distance = sum((a - b) ** 2 for a, b in zip(end[:2], position[:2])) ** 0.5
             self.assertLess(distance, 3.0, words)
 
+    def test_the_saved_map_gives_paths_to_what_words_mean(self):
+        right = self.right_answers()[:5]
+        reached = 0
+        for words, kinds, color in right:
+            done = self.session.run(PROGRAMS / "ask_map", "--map", pathlib.Path(self.session.folder) / "map",
+                                    "--path-to", *words.split())
+            self.assertIn(done.returncode, (0, 1), done.stdout + done.stderr)
+            if done.returncode == 1:
+                continue
+            reached += 1
+            points = [list(map(float, line.split()[:2])) for line in done.stdout.splitlines() if "  yaw " in line]
+            end = points[-1]
+            near = [thing for thing in self.things if thing["phrase"] in kinds and color in (None, thing["color"]) and
+                    all(low - 2.0 <= p <= high + 2.0
+                        for p, low, high in zip(end, thing["box_min_m"], thing["box_max_m"]))]
+            self.assertTrue(near, (words, end, done.stdout))
+        self.assertGreater(reached, 0)
+
     def test_objects_are_explained(self):
         explained = [answer["explanation"] for answer in self.answers.values() if "explanation" in answer]
         self.assertGreater(len(explained), 5)

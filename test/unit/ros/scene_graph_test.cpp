@@ -43,7 +43,8 @@ scene_graph::SceneGraph makeGraph() {
   graph.objects = {object};
   auto places = std::make_shared<PlaceGraph>();
   places->stamp = graph.stamp;
-  places->places = {{{7}, {0, 0, 1}, 0.5, Embedding::Unit(3, 0), 2}, {{8}, {1, 0, 1}, 0.75, {}, 0}};
+  places->places = {{{7}, {0, 0, 1}, 0.5, Embedding(Embedding::Unit(3, 0)), 2},
+                    {{8}, {1, 0, 1}, 0.75, {}, 0}};
   places->edges = {{{7}, {8}, 0.25}};
   graph.places = places;
   scene_graph::Region region;
