@@ -8,6 +8,7 @@
 #include <memory>
 #include <string>
 
+#include "task_scene_graph/ros/message_conversions.h"
 #include "task_scene_graph/ros/scene_graph_changes.h"
 #include "task_scene_graph/ros/scene_graph_conversions.h"
 #include "task_scene_graph/ros/scene_graph_markers.h"
