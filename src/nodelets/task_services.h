@@ -49,7 +49,7 @@ class TaskServices {
   std::shared_ptr<language::WordEncoder> encoder_;
   Files files_;
   std::atomic<bool> places_follow_objects_;
-  bool is_first_ = true;  ///< nothing was published yet; of the builder's thread
+  bool is_first_ = true;                ///< nothing was published yet; of the builder's thread
   ros_interface::TaskNumbers numbers_;  ///< of the builder's thread
   ros::Publisher publisher_;
   mutable std::mutex mutex_;  ///< guards the two below

@@ -164,7 +164,8 @@ void TaskTab::showTasks() {
   for (const auto& task : isForPlaces() ? tasks_.place_tasks : tasks_.object_tasks) {
     auto* item = new QTreeWidgetItem(
         list_, {QString::fromStdString(task.name), QString::number(task.count)});
-    if (!isForPlaces()) item->setIcon(0, makeIcon(task.color));  // regions have colours of their own
+    if (!isForPlaces())
+      item->setIcon(0, makeIcon(task.color));  // regions have colours of their own
     item->setTextAlignment(1, Qt::AlignRight);
     item->setSelected(selected.contains(item->text(0)));
   }
