@@ -103,6 +103,20 @@ std::string BagSet::typeOf(const std::string& topic) {
   return connections.empty() ? "" : connections.front()->datatype;
 }
 
+void BagSet::requireVersion(const std::string& topic, const std::string& type,
+                            const std::string& md5, const std::string& remedy) {
+  rosbag::View view;
+  addTo(view, {topic});
+  for (const auto* connection : view.getConnections()) {
+    if (connection->datatype == type && connection->md5sum == md5) continue;
+    const bool is_other_type = connection->datatype != type;
+    throw std::runtime_error(
+        name_ + ": topic '" + topic + "' holds " + connection->datatype +
+        (is_other_type ? "" : " of another version (md5 " + connection->md5sum + ")") +
+        ", expected " + type + (is_other_type ? "" : " (md5 " + md5 + ")") + remedy);
+  }
+}
+
 std::map<std::string, std::string> BagSet::mapTypes() {
   rosbag::View view;
   for (const auto& bag : bags_) view.addQuery(*bag);

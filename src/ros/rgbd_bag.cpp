@@ -56,6 +56,12 @@ class RgbdBag::Implementation {
     }
     num_color_ = bags_.count(topics_.color);
     has_segmentation_ = use_recorded_segmentation && bags_.count(config_.segmentation_topic) > 0;
+    if (has_segmentation_) {
+      bags_.requireVersion<msg::Segmentation>(
+          config_.segmentation_topic,
+          ": it cannot be read. Record it anew, or let networks look at the images: --models with "
+          "--ignore-recorded-segmentation");
+    }
     readTransforms();
     if (poses_.usesTopic()) readPoses();
     startAssembler();
