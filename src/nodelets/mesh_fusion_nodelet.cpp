@@ -228,15 +228,13 @@ bool MeshFusionNodelet::saveMesh(msg::SaveMeshRequest& request, msg::SaveMeshRes
     const std::filesystem::path folder =
         request.folder.empty() ? config_.output : std::filesystem::path(request.folder);
     if (folder.empty()) throw std::runtime_error("parameter 'output' is not set");
-    const Stamp newest = requireFrames();
-    if (request.has_objects != 0) noteObjects(request.primitives, request.objects);
+    requireFrames();
     for (const auto& file : writeFiles(folder)) {
       response.files.push_back(file.name);
       response.contents.push_back(file.content);
     }
     response.message = (folder / "mesh.ply").string();
     response.success = 1;
-    if (request.is_end != 0) saved_frame_ = newest;
   } catch (const std::exception& e) {
     response.message = std::string("mesh not saved: ") + e.what();
     response.success = 0;
