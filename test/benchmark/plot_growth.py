@@ -28,7 +28,7 @@ def main():
     time_axis.set_ylabel("CPU time per frame, all stages [ms]")
     memory_axis.plot(run["metres"], run["resident_mb"], label="resident memory [MB]")
     memory_axis.plot(run["metres"], run["primitives"], linestyle="--", label="primitives")
-    memory_axis.plot(run["metres"], run["places"], linestyle=":", label="places")
+    memory_axis.plot(run["metres"], [n / 50 for n in run["places"]], linestyle=":", label="places / 50")
     memory_axis.legend(fontsize=8)
     for axis in (time_axis, memory_axis):
         axis.set_xlabel("metres walked, all new")
