@@ -116,6 +116,9 @@ def evaluate(run, recording, tasks, method, map_folder, folder):
         command += ["--min-cosine", str(methods.ALPHA)]
     if os.path.exists(os.path.join(map_folder, "floor_0.yaml")) and os.path.exists(recording.rooms):
         command += ["--rooms", recording.rooms]
+    if (method.layer == "objects" and os.path.exists(os.path.join(map_folder, "mesh.ply")) and
+            os.path.exists(tasks.labels)):
+        command += ["--labels", tasks.labels]
     run(command)
     with open(scores, encoding="utf-8") as file:
         return json.load(file)

@@ -17,6 +17,8 @@ COLUMNS = [
 ]
 REGION_COLUMNS = [("precision", "precision"), ("recall", "recall"), ("F1", "f1"),
                   ("regions", "num_regions"), ("rooms", "num_rooms")]
+CLASS_COLUMNS = [("mAcc", "mean_accuracy"), ("mIoU", "mean_iou"), ("F-mIoU", "weighted_iou"),
+                 ("classes", "num_classes")]
 
 
 def pick(result, path, mode="paper"):
@@ -55,16 +57,15 @@ def make_table(by_method, mode="paper"):
     return "\n".join(lines)
 
 
-def make_region_table(groups):
-    """Regions of each method against the true rooms; None where nothing was scored."""
-    heads = ["world", "segments", "method"] + [head for head, _ in REGION_COLUMNS]
+def make_part_table(groups, part, columns):
+    """A part of the scores, such as regions, of each method; None where nothing has it."""
+    heads = ["world", "segments", "method"] + [head for head, _ in columns]
     lines = ["| " + " | ".join(heads) + " |", "|" + "---|" * len(heads)]
     for (world, level), by_method in groups.items():
         for method in order(by_method):
-            scored = [row["scores"]["regions"] for row in by_method[method]
-                      if "regions" in row["scores"]]
+            scored = [row["scores"][part] for row in by_method[method] if part in row["scores"]]
             if scored:
-                cells = [format_cell([row[key] for row in scored]) for _, key in REGION_COLUMNS]
+                cells = [format_cell([row[key] for row in scored]) for _, key in columns]
                 lines.append("| " + " | ".join([world, level, method] + cells) + " |")
     return "\n".join(lines) if len(lines) > 2 else None
 
@@ -101,7 +102,10 @@ def make_report(results, command):
         recordings = "recording" if count == 1 else "recordings"
         parts += [f"## {world}, segments: {level} ({count} {recordings})", "",
                   make_table(by_method), ""]
-    for heading, table in (("Regions against rooms", make_region_table(groups)),
+    for heading, table in (("Regions against rooms",
+                            make_part_table(groups, "regions", REGION_COLUMNS)),
+                           ("Classes of the mesh's vertices",
+                            make_part_table(groups, "classes", CLASS_COLUMNS)),
                            ("Share of right objects by cosine", make_calibration_table(groups))):
         if table is not None:
             parts += [f"## {heading}", "", table, ""]

@@ -4,8 +4,9 @@ import collections
 import os
 
 # tasks: file with an embedding per task. truth: what evaluate_scene_graph takes.
-# world: heading in the report; two lists of one world have two. rooms: the true ones.
-TaskList = collections.namedtuple("TaskList", "world tasks truth")
+# world: heading in the report; two lists of one world have two. rooms: the true ones. labels: points
+# with the number of a task each; rooms and labels need not exist.
+TaskList = collections.namedtuple("TaskList", "world tasks truth labels")
 Recording = collections.namedtuple("Recording", "name bag place_tasks rooms lists")
 
 LEVELS = ("none", "clip_like", "hard")
@@ -22,10 +23,11 @@ def prepare_world(run, folder, kind, seed, duration_s):
         run(["simulate_apartment", "--world", kind, "--output", stem + ".bag", "--seed", str(seed),
              "--duration", str(duration_s)] + CAMERA)
     truth = stem + ".ground_truth"
-    lists = [TaskList(kind, stem + ".object_tasks.yaml", truth)]
+    lists = [TaskList(kind, stem + ".object_tasks.yaml", truth, os.path.join(truth, "labels.ply"))]
     if kind != "apartment":
         lists.append(TaskList(f"{kind} (coarse tasks)", stem + ".coarse_tasks.yaml",
-                              os.path.join(truth, "coarse_tasks.yaml")))
+                              os.path.join(truth, "coarse_tasks.yaml"),
+                              os.path.join(truth, "coarse_labels.ply")))
     return Recording(name, stem + ".bag", stem + ".place_tasks.yaml",
                      os.path.join(truth, "rooms.json"), lists)
 
@@ -38,7 +40,8 @@ def prepare_house(run, folder, source):
         run(["dataset_to_bag", "--input", source, "--output", stem + ".bag"])
     return Recording(name, stem + ".bag", stem + ".place_tasks.yaml",
                      os.path.join(source, "rooms.json"),
-                     [TaskList(name, stem + ".object_tasks.yaml", source)])
+                     [TaskList(name, stem + ".object_tasks.yaml", source,
+                               os.path.join(source, "labels.ply"))])
 
 
 def degrade(run, recording, level, seed):

@@ -208,6 +208,7 @@ class Benchmark(unittest.TestCase):
             self.assertEqual(len(found), 2)
             self.assertGreater(found[0]["scores"]["paper"]["num_objects"], 0)
             self.assertIn("regions", found[0]["scores"])
+            self.assertGreater(found[0]["scores"]["classes"]["mean_accuracy"], 0.1)
             again = run(*command)
             self.assertEqual(again.returncode, 0, again.stdout)
             self.assertNotIn("strict F1", again.stdout)

@@ -151,6 +151,9 @@ class SimulateApartment(unittest.TestCase):
         chairs = "move the office chair"
         self.assertEqual(boxes["fine"][chairs], boxes["coarse"][chairs])
         self.assertNotIn("get the green book", boxes["coarse"])
+        for name in ("labels", "coarse_labels"):
+            with open(os.path.join(stem + ".ground_truth", name + ".ply")) as file:
+                self.assertIn("property int label", file.read(400))
 
     def test_errors_name_option_value_and_what_was_expected(self):
         path = os.path.join(self.temporary.name, "bad.bag")

@@ -21,6 +21,7 @@
 #include "task_scene_graph/simulation/depth_noise.h"
 #include "task_scene_graph/simulation/ground_truth.h"
 #include "task_scene_graph/simulation/renderer.h"
+#include "task_scene_graph/simulation/seen_surface.h"
 #include "task_scene_graph/simulation/segment_simulator.h"
 #include "task_scene_graph/simulation/variation.h"
 #include "task_scene_graph/simulation/walk.h"
@@ -35,7 +36,7 @@ using namespace tsg::simulation;
 constexpr const char* kUsage =
     R"(usage: simulate_apartment --output FILE.bag [options]
 Renders a walk through a generated apartment. Beside the bag: FILE.object_tasks.yaml and
-FILE.place_tasks.yaml (names and embeddings), FILE.ground_truth/ (instances, rooms, tasks, poses).
+FILE.place_tasks.yaml (names and embeddings), FILE.ground_truth/ (instances, rooms, tasks, poses, labels).
 Worlds other than the apartment have things that touch, such as stacks of books; object_tasks is about
 them one by one, FILE.coarse_tasks.yaml and FILE.ground_truth/coarse_tasks.yaml are about the stacks.
   --world NAME        apartment, cubicle, office or building (apartment)
@@ -173,8 +174,9 @@ class BagWriter {
         renderer_(apartment, options.num_threads),
         segments_(apartment, SegmentConfig{}) {}
 
-  void writeFrame(rosbag::Bag& bag, const WalkPose& pose, std::int64_t frame) const {
+  void writeFrame(rosbag::Bag& bag, const WalkPose& pose, std::int64_t frame) {
     const RenderedView view = renderer_.render(options_.camera, pose.T_world_camera);
+    seen_.add(view, options_.camera, pose.T_world_camera);
     const Stamp stamp{kStart_ns + pose.stamp.ns};
     int step = 0;
     const auto write = [&](const char* topic, const auto& message) {
@@ -192,6 +194,8 @@ class BagWriter {
     write("/segmentation", *ros_interface::toMessage(segmentation, kCameraFrame));
   }
 
+  const SeenSurface& seen() const { return seen_; }
+
  private:
   cv::Mat measureDepth(const RenderedView& view, std::int64_t frame) const {
     const DepthNoiseConfig noise;
@@ -202,6 +206,7 @@ class BagWriter {
   }
 
   const Options& options_;
+  SeenSurface seen_;
   Renderer renderer_;
   SegmentSimulator segments_;
 };
@@ -219,12 +224,12 @@ void showProgress(std::size_t done, std::size_t total) {
 }
 
 /// Writes to a temporary name and renames, so that a bag is there whole or not at all.
-void writeBag(const Options& options, const Apartment& apartment,
-              const std::vector<WalkPose>& walk) {
+SeenSurface writeBag(const Options& options, const Apartment& apartment,
+                     const std::vector<WalkPose>& walk) {
   const fs::path temporary = options.output.string() + ".part";
   if (options.output.has_parent_path()) fs::create_directories(options.output.parent_path());
   try {
-    const BagWriter writer(options, apartment);
+    BagWriter writer(options, apartment);
     rosbag::Bag bag(temporary.string(), rosbag::bagmode::Write);
     for (std::size_t i = 0; i < walk.size(); ++i) {
       writer.writeFrame(bag, walk[i], static_cast<std::int64_t>(i));
@@ -232,6 +237,7 @@ void writeBag(const Options& options, const Apartment& apartment,
     }
     bag.close();
     fs::rename(temporary, options.output);
+    return writer.seen();
   } catch (...) {
     std::error_code ignored;
     fs::remove(temporary, ignored);
@@ -241,7 +247,7 @@ void writeBag(const Options& options, const Apartment& apartment,
 
 /// Tasks and truth beside the bag. Returns what was written.
 std::vector<WrittenFile> writeTruth(const Options& options, const Apartment& world,
-                                    std::vector<WalkPose> walk) {
+                                    const SeenSurface& seen, std::vector<WalkPose> walk) {
   fs::path stem = options.output;
   if (stem.extension() == ".bag") stem.replace_extension();
   const bool is_apartment = options.world == WorldKind::kApartment;
@@ -258,10 +264,12 @@ std::vector<WrittenFile> writeTruth(const Options& options, const Apartment& wor
   writeTasks(".place_tasks.yaml", makePlaceTasks(world));
   for (WalkPose& pose : walk) pose.stamp.ns += kStart_ns;
   writeGroundTruth(truth, world, tasks, walk);
+  seen.write(truth / "labels.ply", world, tasks);
   if (!is_apartment) {
     const std::vector<TaskTruth> coarse = makeGroupTasks(world, TaskGrain::kCoarse);
     writeTasks(".coarse_tasks.yaml", coarse);
     writeTaskTruth(truth / "coarse_tasks.yaml", world, coarse);
+    seen.write(truth / "coarse_labels.ply", world, coarse);
   }
   files.push_back({truth.string() + "/", formatCount(world.instances.size(), "instance")});
   return files;
@@ -275,9 +283,9 @@ void simulate(const Options& options) {
   std::cout << "[simulate_apartment] seed " << options.apartment.seed << ": " << world.rooms.size()
             << " rooms, " << world.instances.size() << " things, " << walk.size() << " frames\n";
   if (walk.empty()) throw std::runtime_error("the walk has no frame; raise --duration or --rate");
-  writeBag(options, world, walk);
-  std::cout << "[simulate_apartment] " << describeWritten({}, writeTruth(options, world, walk))
-            << '\n';
+  const SeenSurface seen = writeBag(options, world, walk);
+  std::cout << "[simulate_apartment] "
+            << describeWritten({}, writeTruth(options, world, seen, walk)) << '\n';
 }
 
 }  // namespace
