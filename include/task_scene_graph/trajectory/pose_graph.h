@@ -75,8 +75,8 @@ struct SolveReport {
 ///
 /// Loop closures are checked twice. First each alone against odometry: its chi2 under the
 /// covariance of odometry on the way between both keyframes, added up by first order, and its own
-/// [RPGO20, Sec. III]. What passes goes through graduated non-convexity with a truncated least
-/// squares cost [GNC20, Sec. III.B, Eq. 14]: weights of loop closures from a convex cost, which
+/// [Kimera20]. What passes goes through graduated non-convexity with a truncated least
+/// squares cost [GNC20, Eq. 14]: weights of loop closures from a convex cost, which
 /// lets all of them pull, to the truncated one, which leaves out those that do not fit.
 class PoseGraph {
  public:
