@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "task_scene_graph/trajectory/correct_map.h"
+
+#include <stdexcept>
+
+#include "task_scene_graph/map/moving.h"
+#include "task_scene_graph/places/move_memory.h"
+#include "task_scene_graph/places/place_extractor.h"
+
+namespace tsg::trajectory {
+namespace {
+
+bool isIdentity(const Pose& pose) { return pose.matrix() == Pose::Identity().matrix(); }
+
+void movePrimitives(const Keyframes& before, const Correction& correction, CorrectedMap& result) {
+  std::vector<ObjectPrimitivePtr> moved;
+  for (const ObjectPrimitivePtr& primitive : result.map.primitives()) {
+    const Pose motion = computeMotion(*primitive, before, correction);
+    if (isIdentity(motion)) continue;
+    moved.push_back(
+        std::make_shared<const ObjectPrimitive>(map::movePrimitive(*primitive, motion)));
+  }
+  result.num_moved_primitives = moved.size();
+  result.map.addPrimitives(std::move(moved));
+}
+
+std::size_t countMoved(const std::vector<mapping::BlockMesh>& before,
+                       const std::vector<mapping::BlockMesh>& after) {
+  std::size_t same = 0;
+  auto next = after.begin();
+  for (const mapping::BlockMesh& block : before) {
+    while (next != after.end() && mapping::isBefore(next->block, block.block)) ++next;
+    if (next != after.end() && next->mesh == block.mesh) ++same;
+  }
+  return before.size() - same;
+}
+
+void moveBackground(const DeformationConfig& config, const Keyframes& before,
+                    const Correction& correction, CorrectedMap& result) {
+  Deformation deformation(before, correction, config);
+  map::Map& map = result.map;
+  map.setPlaces(std::make_shared<const PlaceGraph>(movePlaces(*map.places(), deformation)));
+  map.setPlaceMemory(std::make_shared<const places::PlaceMemory>(places::moveMemory(
+      *map.placeMemory(), [&](const Eigen::Vector3d& p_m) { return deformation.motionAt(p_m); })));
+  if (map.meshBlocks().empty()) return;
+  auto blocks = moveMesh(map.meshBlocks(), map.meshVoxelSize(), deformation);
+  result.num_moved_blocks = countMoved(map.meshBlocks(), blocks);
+  map.setMesh(map.meshVoxelSize(), std::move(blocks));
+}
+
+}  // namespace
+
+Pose computeMotion(const ObjectPrimitive& primitive, const Keyframes& before,
+                   const Correction& correction) {
+  std::vector<std::pair<Pose, double>> motions;
+  const Stamp best = primitive.views.best.stamp;
+  const bool has_best = primitive.first_seen <= best && best <= primitive.last_seen;
+  const double share = has_best ? 1.0 / 3.0 : 0.5;
+  motions.emplace_back(correction.at(before.anchorsAt(primitive.first_seen)), share);
+  if (has_best) motions.emplace_back(correction.at(before.anchorsAt(best)), share);
+  motions.emplace_back(correction.at(before.anchorsAt(primitive.last_seen)), share);
+  return blend(motions);
+}
+
+PlaceGraph movePlaces(const PlaceGraph& places, const Deformation& deformation) {
+  PlaceGraph moved = places;
+  for (Place& place : moved.places) {
+    place.position_m = deformation.motionAt(place.position_m) * place.position_m;
+  }
+  return moved;
+}
+
+std::vector<mapping::BlockMesh> moveMesh(const std::vector<mapping::BlockMesh>& blocks,
+                                         double voxel_size_m, Deformation& deformation) {
+  std::vector<mapping::BlockMesh> result;
+  map::BlockGatherer gatherer(voxel_size_m * mapping::kBlockSide);
+  for (const mapping::BlockMesh& block : blocks) {
+    Mesh mesh = *block.mesh;
+    if (!deformation.moveVertices(mesh)) {
+      result.push_back(block);
+      continue;
+    }
+    gatherer.startMesh();
+    for (const auto& triangle : mesh.triangles) gatherer.add(mesh, triangle);
+  }
+  map::addToBlocks(gatherer.take(), result);
+  return result;
+}
+
+CorrectedMap correctMap(const map::Map& map, const Keyframes& before, const Correction& correction,
+                        const DeformationConfig& config) {
+  if (before.frame() != map.worldFrame()) {
+    throw std::invalid_argument("the keyframes are in frame '" + before.frame() +
+                                "', expected the map's, '" + map.worldFrame() + "'");
+  }
+  CorrectedMap result{map};
+  if (correction.isIdentity()) return result;
+  if (before.isEmpty()) throw std::invalid_argument("the map cannot follow: it has no keyframe");
+  movePrimitives(before, correction, result);
+  moveBackground(config, before, correction, result);
+  result.map.setTrajectory(
+      std::make_shared<const Trajectory>(applyCorrection(correction, before, *map.trajectory())));
+  result.has_dropped_occupancy = map.occupancy() != nullptr;
+  result.map.setOccupancy(nullptr);
+  return result;
+}
+
+void updatePlaces(const places::PlacesConfig& config, map::Map& map) {
+  const places::PlaceMemory& memory = *map.placeMemory();
+  if (memory.isEmpty()) return;
+  places::PlaceExtractor extractor(config);
+  extractor.restore(memory, memory.voxel_size_m);
+  map.setPlaces(std::make_shared<const PlaceGraph>(extractor.graph()));
+  map.setPlaceMemory(std::make_shared<const places::PlaceMemory>(extractor.memory()));
+}
+
+}  // namespace tsg::trajectory
