@@ -65,7 +65,9 @@ TEST(Deformation, IsContinuous) {
   for (int i = 0; i <= 20000; ++i) {
     const Eigen::Vector3d p_m(2.0 + 0.001 * i, 2.0, 0.3);
     const Eigen::Vector3d moved_m = deformation.motionAt(p_m) * p_m;
-    if (i > 0) ASSERT_LT((moved_m - last_m).norm(), 0.005) << p_m.transpose();
+    if (i > 0) {
+      ASSERT_LT((moved_m - last_m).norm(), 0.005) << p_m.transpose();
+    }
     last_m = moved_m;
   }
 }
