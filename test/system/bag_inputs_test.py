@@ -78,23 +78,23 @@ class BagInputs(unittest.TestCase):
     def drops(self, output):
         return json.loads((output / "timing.json").read_text())["drops"]
 
-    def rewrite_segmentations(self, name, **attributes):
+    def rewrite_segmentations(self, name, datatype=None, md5sum=None):
         """The clean recording, but its segmentations say that they are of another type or version."""
         target = self.folder / f"{name}.bag"
         with rosbag.Bag(str(self.folder / "clean.bag")) as read, rosbag.Bag(str(target), "w") as written:
             for topic, message, when in read.read_messages(raw=True):
                 if topic == "/segmentation":
-                    message = message[:-1] + (type("Other", (message[-1],), attributes),)
+                    message = (datatype or message[0], message[1], md5sum or message[2]) + message[3:]
                 written.write(topic, message, when, raw=True)
         return target
 
     def test_segmentations_of_another_version_are_named_before_anything_is_done(self):
-        bag = self.rewrite_segmentations("other_version", _md5sum="0123456789abcdef0123456789abcdef")
+        bag = self.rewrite_segmentations("other_version", md5sum="0123456789abcdef0123456789abcdef")
         self.assert_refused(self.run_on("other_version", bag), "/segmentation", "another version",
                             "0123456789abcdef0123456789abcdef", "--ignore-recorded-segmentation")
 
     def test_segmentations_of_another_type_are_named_before_anything_is_done(self):
-        bag = self.rewrite_segmentations("other_type", _type="other_package/Segmentation")
+        bag = self.rewrite_segmentations("other_type", datatype="other_package/Segmentation")
         self.assert_refused(self.run_on("other_type", bag), "/segmentation", "other_package/Segmentation",
                             "expected task_scene_graph/Segmentation")
 
