@@ -62,8 +62,7 @@ std::unique_ptr<rosbag::Bag> open(const std::string& path) {
   } catch (const rosbag::BagUnindexedException&) {
     fail(path, "it was not closed (the recorder was killed); run 'rosbag reindex " + path + "'");
   } catch (const std::exception& e) {
-    fail(path, "it is cut short or damaged; run 'rosbag reindex " + path +
-                   "' (" + e.what() + ")");
+    fail(path, "it is cut short or damaged; run 'rosbag reindex " + path + "' (" + e.what() + ")");
   }
 }
 
