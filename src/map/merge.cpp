@@ -57,21 +57,12 @@ ObjectPrimitivePtr move(const ObjectPrimitive& primitive, const Pose& T, std::ui
   return moved;
 }
 
-GridIndex toIndex(const Eigen::Vector3f& p_m, double side_m) {
-  return (p_m.cast<double>() / side_m).array().floor().cast<int>();
-}
-
-Eigen::Vector3f centroid(const Mesh& mesh, const std::array<std::uint32_t, 3>& triangle) {
-  return (mesh.vertices[triangle[0]] + mesh.vertices[triangle[1]] + mesh.vertices[triangle[2]]) /
-         3.0F;
-}
-
 /// Cells of a voxel's size that a surface is in, and their neighbours.
 Cells findCells(const std::vector<BlockMesh>& blocks, double voxel_size_m) {
   Cells cells;
   for (const auto& block : blocks) {
     for (const auto& triangle : block.mesh->triangles) {
-      const GridIndex cell = toIndex(centroid(*block.mesh, triangle), voxel_size_m);
+      const GridIndex cell = findCell(*block.mesh, triangle, voxel_size_m);
       for (int i = 0; i < 27; ++i) {
         cells.insert(cell + GridIndex(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1));
       }
@@ -91,7 +82,7 @@ void mergeMeshes(const Map& b, const Pose& T_a_b, Map& merged) {
     moveMesh(T_a_b, mesh);
     gatherer.startMesh();
     for (const auto& triangle : mesh.triangles) {
-      if (known.count(toIndex(centroid(mesh, triangle), voxel_size_m)) > 0) continue;
+      if (known.count(findCell(mesh, triangle, voxel_size_m)) > 0) continue;
       gatherer.add(mesh, triangle);
     }
   }

@@ -43,15 +43,20 @@ ObjectPrimitive movePrimitive(const ObjectPrimitive& primitive, const Pose& T) {
   return moved;
 }
 
+mapping::GridIndex findCell(const Mesh& mesh, const std::array<std::uint32_t, 3>& triangle,
+                            double side_m) {
+  const Eigen::Vector3f middle_m =
+      (mesh.vertices[triangle[0]] + mesh.vertices[triangle[1]] + mesh.vertices[triangle[2]]) / 3.0F;
+  return (middle_m.cast<double>() / side_m).array().floor().cast<int>();
+}
+
 void BlockGatherer::startMesh() {
   for (Block* block : used_) block->vertices.clear();
   used_.clear();
 }
 
 void BlockGatherer::add(const Mesh& mesh, const std::array<std::uint32_t, 3>& triangle) {
-  const Eigen::Vector3f middle_m =
-      (mesh.vertices[triangle[0]] + mesh.vertices[triangle[1]] + mesh.vertices[triangle[2]]) / 3.0F;
-  Block& block = blocks_[(middle_m.cast<double>() / block_side_m_).array().floor().cast<int>()];
+  Block& block = blocks_[findCell(mesh, triangle, block_side_m_)];
   if (block.vertices.empty()) used_.push_back(&block);
   std::array<std::uint32_t, 3> moved{};
   for (std::size_t i = 0; i < 3; ++i) {

@@ -118,6 +118,12 @@ WayMemory mergeWays(const WayMemory& a, const WayMemory& b, const Pose& T_a_b) {
   return merged;
 }
 
+/// The voxel in which a place lies.
+GridIndex computeKey(const PlaceMemory& memory, const Eigen::Vector3d& p_m) {
+  const double size_m = memory.isEmpty() ? 1.0 : memory.voxel_size_m;
+  return (p_m / size_m).array().floor().cast<int>();
+}
+
 }  // namespace
 
 PlaceMemory PlaceExtractor::memory() const {
@@ -212,9 +218,7 @@ PlaceMemory mergeMemories(const PlaceMemory& a, const PlaceMemory& b, const Pose
     Place place = known.place;
     place.id.value += id_offset;
     place.position_m = T_a_b * place.position_m;
-    const double size_m = merged.isEmpty() ? 1.0 : merged.voxel_size_m;
-    const GridIndex key = (place.position_m / size_m).array().floor().cast<int>().matrix();
-    merged.places.push_back({place, key, std::nullopt});
+    merged.places.push_back({place, computeKey(merged, place.position_m), std::nullopt});
   }
   merged.next_id = std::max(a.next_id, b.next_id + id_offset);
   merged.stamp = std::max(a.stamp, b.stamp);
@@ -246,10 +250,9 @@ PlaceMemory moveMemory(const PlaceMemory& memory, const MotionField& motion) {
     const Eigen::Vector3d camera_m = view.T_camera_world.inverse().translation();
     view.T_camera_world = view.T_camera_world * motion(camera_m).inverse();
   }
-  const double size_m = memory.isEmpty() ? 1.0 : memory.voxel_size_m;
   for (RememberedPlace& known : moved.places) {
     known.place.position_m = move(known.place.position_m);
-    known.key = (known.place.position_m / size_m).array().floor().cast<int>();
+    known.key = computeKey(memory, known.place.position_m);
   }
   return moved;
 }

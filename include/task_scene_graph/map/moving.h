@@ -26,6 +26,10 @@ struct IsBlockBefore {
   }
 };
 
+/// The cell of a grid with sides of `side_m` in which the middle of a triangle lies.
+mapping::GridIndex findCell(const Mesh& mesh, const std::array<std::uint32_t, 3>& triangle,
+                            double side_m);
+
 /// Gathers triangles by the block in which their middle lies.
 class BlockGatherer {
  public:
