@@ -6,23 +6,18 @@
 #include <deque>
 #include <unordered_map>
 
+#include "task_scene_graph/core/mix_bits.h"
+
 namespace tsg {
 
 /// Hash of a set of ids, whatever their order: add() each once. Two sets of 64-bit ids have the
 /// same one by chance only (2^-64 for each pair).
 class SetHash {
  public:
-  void add(std::uint64_t id) { sum_ += mix(id + 0x9e3779b97f4a7c15U); }
-  std::uint64_t value() const { return mix(sum_); }
+  void add(std::uint64_t id) { sum_ += mixBits(id); }
+  std::uint64_t value() const { return mixBits(sum_); }
 
  private:
-  /// Finaliser of SplitMix64 [Steele et al. 2014].
-  static std::uint64_t mix(std::uint64_t x) {
-    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9U;
-    x = (x ^ (x >> 27)) * 0x94d049bb133111ebU;
-    return x ^ (x >> 31);
-  }
-
   std::uint64_t sum_ = 0;
 };
 

@@ -38,7 +38,7 @@ class PoseSource {
   bool usesTf() const { return config_.pose_topic.empty() && config_.trajectory.empty(); }
 
   /// Takes one message of the pose topic. `Message` has `getDataType()` and `instantiate<T>()`:
-  /// topic_tools::ShapeShifter, rosbag::MessageInstance. @throws InputError for other types and for
+  /// topic_tools::ShapeShifter, BagMessage. @throws InputError for other types and for
   /// values that are no pose.
   template <typename Message>
   void add(const Message& message) {

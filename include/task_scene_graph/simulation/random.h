@@ -5,10 +5,9 @@
 #include <random>
 #include <string_view>
 
-namespace tsg::simulation {
+#include "task_scene_graph/core/mix_bits.h"
 
-/// A 64-bit number in which every bit depends on every bit of `value` (SplitMix64's finaliser).
-std::uint64_t mixBits(std::uint64_t value);
+namespace tsg::simulation {
 
 /// FNV-1a hash of the bytes, mixed; the same on every platform.
 std::uint64_t hashText(std::string_view text);
