@@ -29,6 +29,7 @@ struct Strip {
 };
 
 constexpr double kStrip_m = 0.1;
+constexpr std::size_t kMaxRegionColors = 10000;
 
 /// x where a horizontal line crosses the polygon, ascending.
 std::vector<double> findCrossings(const std::vector<Eigen::Vector2d>& polygon_m, double y_m) {
@@ -496,11 +497,16 @@ void deleteMissing(const std::vector<Marker>& before, const std::vector<Marker>&
 
 }  // namespace
 
+/// Colours of regions that went are kept, as they may come again, but not without end.
 void SceneGraphMarkers::colorRegions(const scene_graph::SceneGraph& graph) {
   for (const auto& region : graph.regions) {
     if (region_colors_.count(region.id) > 0) continue;
     region_colors_[region.id] = chooseRegionColor(graph, region, region_colors_);
   }
+  if (region_colors_.size() <= std::max(kMaxRegionColors, graph.regions.size())) return;
+  std::map<RegionId, int> present;
+  for (const auto& region : graph.regions) present[region.id] = region_colors_.at(region.id);
+  region_colors_ = std::move(present);
 }
 
 void SceneGraphMarkers::setConfig(const MarkerConfig& config) {

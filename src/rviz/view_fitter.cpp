@@ -90,7 +90,7 @@ double valueOf(rviz::ViewController& view, const char* name) {
 ViewFitter::ViewFitter(rviz::DisplayContext& context, QObject* parent)
     : QObject(parent), context_(context) {
   timer_.setInterval(kPeriod_ms);
-  connect(&timer_, &QTimer::timeout, this, [this] { look(); });
+  connect(&timer_, &QTimer::timeout, this, [this] { fitAgain(); });
 }
 
 void ViewFitter::setFollowing(bool is_following) {
@@ -116,7 +116,7 @@ bool ViewFitter::fit() {
   return true;
 }
 
-void ViewFitter::look() {
+void ViewFitter::fitAgain() {
   rviz::ViewController* view = context_.getViewManager()->getCurrent();
   if (fitted_.isEmpty()) {
     fit();

@@ -32,7 +32,8 @@ class ViewFitter : public QObject {
   void followingChanged(bool is_following);
 
  private:
-  void look();
+  /// Where the map has grown; somebody else who moved the view ends it.
+  void fitAgain();
   bool fitOrbit(rviz::ViewController& view, const Eigen::AlignedBox3d& box) const;
   bool fitTopDown(rviz::ViewController& view, const Eigen::AlignedBox3d& box) const;
 

@@ -86,7 +86,7 @@ class SceneGraphMarkers {
   MarkerConfig config_;
   std::string world_frame_;
   std::map<GroupKey, Group> groups_;
-  std::map<RegionId, int> region_colors_;  ///< of all there ever were: an id keeps its colour
+  std::map<RegionId, int> region_colors_;  ///< also of regions that went: an id keeps its colour
   std::uint64_t num_updates_ = 0;
 };
 
