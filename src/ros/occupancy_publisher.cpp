@@ -30,16 +30,21 @@ OccupancyPublisher::OccupancyPublisher(ros::NodeHandle& handle, LateSubscribers&
 void OccupancyPublisher::publish(Stamp stamp, bool force) {
   if (!isDue(last_, stamp, options_.period_s) && !force) return;
   last_ = stamp;
+  publishChanges();
+  if (is_whole_due_) publishAll();
+}
+
+void OccupancyPublisher::publishChanges() {
   const auto changes = map_.takeChanges();
   if (changes.empty()) return;
-  if (changes_publisher_.getNumSubscribers() > 0) {
-    changes_publisher_.publish(
-        toMessage(changes, map_.config().resolution_m, false, stamp, options_.world_frame));
-  }
-  publishAll();
+  is_whole_due_ = true;
+  if (changes_publisher_.getNumSubscribers() == 0) return;
+  changes_publisher_.publish(
+      toMessage(changes, map_.config().resolution_m, false, *last_, options_.world_frame));
 }
 
 void OccupancyPublisher::publishAll() {
+  is_whole_due_ = false;
   if (map_publisher_.getNumSubscribers() > 0) {
     map_publisher_.publish(toMessage(map_, *last_, options_.world_frame));
   }
@@ -83,9 +88,12 @@ void OccupancyPublisher::serveVoxels(PartSender& sender) {
   std::unique_lock<std::mutex> lock(map_mutex_);
   if (!last_) return;
   const auto clears = num_clears_;
-  auto voxels = map_.voxels();
+  const auto voxels = map_.voxels();
   for (std::size_t first = 0; first == 0 || first < voxels.size(); first += kVoxelsPerPart) {
     const std::size_t end = std::min(voxels.size(), first + kVoxelsPerPart);
+    // Else a voxel that this part shows as changed, and that changes back before the next message,
+    // would stay changed for this subscriber.
+    publishChanges();
     std::vector<mapping::OccupancyVoxel> part;
     for (std::size_t i = first; i < end; ++i) {
       // As it is now: what is sent to all meanwhile may come before it, never after.

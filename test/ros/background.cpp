@@ -14,7 +14,10 @@
 #include "synthetic_robot.h"
 #include "task_scene_graph/map/files.h"
 #include "task_scene_graph/mapping/marching_cubes.h"
+#include "task_scene_graph/mapping/occupancy_map.h"
+#include "task_scene_graph/ros/late_subscribers.h"
 #include "task_scene_graph/ros/mesh_update_conversions.h"
+#include "task_scene_graph/ros/occupancy_publisher.h"
 
 namespace tsg::test {
 namespace {
@@ -94,16 +97,20 @@ Voxels follow(const Recorder<msg::OctomapChanges>& recorder) {
   return voxels;
 }
 
-/// What the occupancy map of these frames is.
-Voxels computeVoxels(int num_frames) {
-  pipeline::BackgroundFusion fusion(makeOptions().fusion);
-  mapping::OccupancyMap map(makeOptions().fusion.occupancy);
-  for (int i = 0; i < num_frames; ++i) map.integrate(*fusion.filter(*makeFrame(i)));
+Voxels toVoxels(const mapping::OccupancyMap& map) {
   Voxels voxels;
   for (const auto& voxel : map.voxels()) {
     voxels.insert({voxel.index.x(), voxel.index.y(), voxel.index.z(), voxel.is_occupied ? 1 : 0});
   }
   return voxels;
+}
+
+/// What the occupancy map of these frames is.
+Voxels computeVoxels(int num_frames) {
+  pipeline::BackgroundFusion fusion(makeOptions().fusion);
+  mapping::OccupancyMap map(makeOptions().fusion.occupancy);
+  for (int i = 0; i < num_frames; ++i) map.integrate(*fusion.filter(*makeFrame(i)));
+  return toVoxels(map);
 }
 
 /// Has everything sent that the stage has. Subscribers of one process share a connection, so there
@@ -136,6 +143,41 @@ TEST(BackgroundStage, SubscribersWhoComeInTheMiddleOrLateAreSentAllAndNoFrameIsL
   mesh.stop();
   voxels.stop();
   expectAllIsSent(fixture, expected, vertices);
+}
+
+/// A wall, square to the camera, at this distance.
+RgbdFrame makeWall(float distance_m) {
+  RgbdFrame frame = *makeFrame(0);
+  frame.T_world_camera = Pose::Identity();
+  frame.depth.image = cv::Mat(72, 96, CV_32FC1, cv::Scalar(distance_m));
+  return frame;
+}
+
+TEST(OccupancyPublisher, WhatChangesAndChangesBackAroundTheComingOfASubscriberIsRightForIt) {
+  ros::NodeHandle handle("flip");
+  ros_interface::StageReport report("flip");
+  mapping::OccupancyMap map(makeOptions().fusion.occupancy);
+  std::mutex mutex;
+  ros_interface::LateSubscribers late(report);
+  ros_interface::OccupancyPublisher publisher(handle, late, {"world", 1.0}, map, mutex);
+  const mapping::GridIndex at_one_metre(0, 0, 10);
+
+  std::unique_lock<std::mutex> lock(mutex);
+  ASSERT_TRUE(map.integrate(makeWall(1.05F)));
+  ASSERT_EQ(map.atVoxel(at_one_metre), mapping::Occupancy::kOccupied);
+  publisher.publish(Stamp::fromSeconds(1.0), true);
+  for (int i = 0; i < 5; ++i) map.integrate(makeWall(2.05F));
+  ASSERT_EQ(map.atVoxel(at_one_metre), mapping::Occupancy::kFree);
+  lock.unlock();
+
+  Recorder<msg::OctomapChanges> voxels("flip/octomap_changes");
+  ASSERT_TRUE(waitUntil([&] { return follow(voxels) == toVoxels(map); }));
+  lock.lock();
+  for (int i = 0; i < 5; ++i) map.integrate(makeWall(1.05F));
+  ASSERT_EQ(map.atVoxel(at_one_metre), mapping::Occupancy::kOccupied);
+  publisher.publish(Stamp::fromSeconds(2.0), true);
+  lock.unlock();
+  EXPECT_TRUE(waitUntil([&] { return follow(voxels) == toVoxels(map); }, 10.0));
 }
 
 TEST(BackgroundStage, AfterAFlushMeshAndPlacesAreThoseOfTheNewestFrame) {

@@ -38,6 +38,8 @@ class OccupancyPublisher {
   void replace(Stamp stamp);
 
  private:
+  /// Precondition: something was published or cleared before.
+  void publishChanges();
   void publishAll();
   void serveMap(PartSender& sender);
   void serveMarkers(PartSender& sender);
@@ -45,9 +47,10 @@ class OccupancyPublisher {
 
   Options options_;
   mapping::OccupancyMap& map_;
-  std::mutex& map_mutex_;  ///< guards the two below, too
+  std::mutex& map_mutex_;  ///< guards the three below, too
   std::optional<Stamp> last_;
   std::uint64_t num_clears_ = 0;
+  bool is_whole_due_ = false;  ///< whether changes were published since publishAll()
   ros::Publisher map_publisher_;
   ros::Publisher changes_publisher_;
   ros::Publisher markers_publisher_;
