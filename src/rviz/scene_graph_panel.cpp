@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scene_graph_panel.h"
 
-#include <rviz/display_group.h>
 #include <rviz/frame_manager.h>
 #include <rviz/properties/property.h>
 #include <rviz/properties/property_tree_model.h>
@@ -20,6 +19,7 @@
 #include <map>
 #include <pluginlib/class_list_macros.hpp>
 
+#include "find_display.h"
 #include "map_buttons.h"
 
 namespace tsg::rviz_plugin {
@@ -182,25 +182,13 @@ void SceneGraphPanel::onSelectionChanged() {
   selected_.clear();
 }
 
-rviz::Display* SceneGraphPanel::findDisplay(const std::string& topic) const {
-  const rviz::DisplayGroup* displays = vis_manager_->getRootDisplayGroup();
-  for (int i = 0; i < displays->numDisplays(); ++i) {
-    rviz::Display* display = displays->getDisplayAt(i);
-    if (display->getClassId() != "rviz/MarkerArray") continue;
-    if (display->subProp("Marker Topic")->getValue().toString().toStdString() == topic) {
-      return display;
-    }
-  }
-  return nullptr;
-}
-
 void SceneGraphPanel::showScores(bool are_shown) {
   if (vis_manager_ == nullptr) return;
   const std::string topic = link_->chain() + "/scene_graph/question_markers";
-  if (rviz::Display* display = findDisplay(topic)) return display->setEnabled(are_shown);
+  rviz::Display* display = findMarkerDisplay(*vis_manager_->getRootDisplayGroup(), topic);
+  if (display != nullptr) return display->setEnabled(are_shown);
   if (!are_shown) return;
-  rviz::Display* display =
-      vis_manager_->createDisplay("rviz/MarkerArray", "Scores of the last question", true);
+  display = vis_manager_->createDisplay("rviz/MarkerArray", "Scores of the last question", true);
   display->subProp("Marker Topic")->setValue(QString::fromStdString(topic));
 }
 

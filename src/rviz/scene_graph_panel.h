@@ -42,7 +42,6 @@ class SceneGraphPanel : public rviz::Panel {
  private:
   ChainLink::Handlers makeHandlers();
   QWidget* makeChainRow();
-  rviz::Display* findDisplay(const std::string& topic) const;
   void showScores(bool are_shown);
   void follow(const QString& chain);
   void lookAt(const std::string& frame, const geometry_msgs::Point& point);

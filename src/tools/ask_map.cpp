@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "command_line.h"
+#include "saved_map.h"
 #include "task_scene_graph/config/scalar.h"
 #include "task_scene_graph/language/word_encoder.h"
 #include "task_scene_graph/map/files.h"
@@ -65,19 +66,7 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
       "max-answers", options::value(&arguments.max_answers), "of each kind (default 5)");
   options::positional_options_description positions;
   positions.add("words", -1);
-  options::variables_map values;
-  options::store(
-      options::command_line_parser(argc, argv)
-          .options(description)
-          .positional(positions)
-          .style(options::command_line_style::unix_style ^ options::command_line_style::allow_short)
-          .run(),
-      values);
-  if (values.count("help") > 0) {
-    std::cout << description << '\n';
-    return std::nullopt;
-  }
-  options::notify(values);
+  if (!tools::parseOptions(argc, argv, description, positions)) return std::nullopt;
   const int num_questions =
       (arguments.words.empty() ? 0 : 1) + (arguments.explain.empty() ? 0 : 1) +
       (arguments.path_to.empty() ? 0 : 1) + (arguments.embedding.empty() ? 0 : 1);
@@ -191,9 +180,7 @@ class SavedMap {
   map::Map load() const {
     map::MapUse use;
     if (!models_.empty()) use.model_set = segmentation::loadModelSet(models_).name;
-    map::LoadedMap loaded = map::loadMap(arguments_.map, use);
-    for (const auto& note : loaded.notes) std::cerr << "ask_map: " << note << '\n';
-    return std::move(loaded.map);
+    return tools::loadMap(arguments_.map, use);
   }
 
   scene_graph::Answers ask(const std::vector<std::string>& words,

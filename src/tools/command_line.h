@@ -19,13 +19,28 @@ inline boost::program_options::typed_value<std::string>* pathOption(std::string&
 
 /// Stores what the command line gives into what `description` names. False if only help was asked
 /// for, which is then printed.
-/// @throws boost::program_options::error naming an option that is unknown, missing or unreadable.
-inline bool parseOptions(int argc, char** argv,
-                         const boost::program_options::options_description& description) {
+/// @param positions  what words without an option are. With any, words that begin with '-' and a
+/// digit are numbers below zero, so that options have no short form but -h.
+/// @throws boost::program_options::error naming an option that is unknown, missing or unreadable;
+/// for words that are none of its options.
+inline bool parseOptions(
+    int argc, char** argv, const boost::program_options::options_description& description,
+    const boost::program_options::positional_options_description& positions = {}) {
   namespace options = boost::program_options;
+  using Style = options::command_line_style::style_t;
+  const bool has_positions = positions.max_total_count() > 0;
+  const bool is_help = has_positions && argc == 2 && std::string(argv[1]) == "-h";
+  const int style = Style::unix_style & ~(has_positions ? Style::allow_short : 0);
   options::variables_map values;
-  options::store(options::parse_command_line(argc, argv, description), values);
-  if (values.count("help") > 0) {
+  if (!is_help) {
+    options::store(options::command_line_parser(argc, argv)
+                       .options(description)
+                       .positional(positions)
+                       .style(style)
+                       .run(),
+                   values);
+  }
+  if (is_help || values.count("help") > 0) {
     std::cout << description << '\n';
     return false;
   }

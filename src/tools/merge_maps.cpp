@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "command_line.h"
+#include "saved_map.h"
 #include "task_scene_graph/map/files.h"
 #include "task_scene_graph/map/merge.h"
 #include "task_scene_graph/map/settings.h"
@@ -37,21 +38,7 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
       "the same frame");
   options::positional_options_description positions;
   positions.add("a", 1).add("b", 1).add("out", 1);
-  // Numbers below zero are values.
-  const auto style =
-      options::command_line_style::unix_style ^ options::command_line_style::allow_short;
-  options::variables_map values;
-  options::store(options::command_line_parser(argc, argv)
-                     .options(description)
-                     .positional(positions)
-                     .style(style)
-                     .run(),
-                 values);
-  if (values.count("help") > 0) {
-    std::cout << description << '\n';
-    return std::nullopt;
-  }
-  options::notify(values);
+  if (!tools::parseOptions(argc, argv, description, positions)) return std::nullopt;
   const std::size_t count = arguments.transform.size();
   if (count != 0 && count != 7) {
     throw options::error("--transform has " + std::to_string(count) +
@@ -72,12 +59,6 @@ Pose toPose(const std::vector<double>& numbers) {
   return pose;
 }
 
-map::LoadedMap load(const std::string& folder) {
-  map::LoadedMap loaded = map::loadMap(folder);
-  for (const auto& note : loaded.notes) std::cerr << "map '" << folder << "': " << note << '\n';
-  return loaded;
-}
-
 std::shared_ptr<const mapping::OccupancyMap> mergeOccupancy(const Arguments& arguments,
                                                             const Pose& T_a_b) {
   const auto read = [](const std::string& folder) {
@@ -92,18 +73,18 @@ std::shared_ptr<const mapping::OccupancyMap> mergeOccupancy(const Arguments& arg
 }
 
 void run(const Arguments& arguments) {
-  const map::LoadedMap a = load(arguments.a);
-  const map::LoadedMap b = load(arguments.b);
+  const map::Map a = tools::loadMap(arguments.a);
+  const map::Map b = tools::loadMap(arguments.b);
   map::MergeOptions how;
   how.T_a_b = toPose(arguments.transform);
   how.is_transform_given = !arguments.transform.empty();
   how.places = map::readSettings<places::PlacesConfig>(arguments.a, "mesh_fusion", "places");
   how.name_b = arguments.b;
-  map::Map merged = map::mergeMaps(a.map, b.map, how);
+  map::Map merged = map::mergeMaps(a, b, how);
   merged.setOccupancy(mergeOccupancy(arguments, how.T_a_b));
   const auto files = map::writeMap(arguments.output, merged);
-  std::cout << formatCount(a.map.primitives().size(), "primitive") << " and "
-            << b.map.primitives().size() << " of '" << arguments.b << "' (ids "
+  std::cout << formatCount(a.primitives().size(), "primitive") << " and " << b.primitives().size()
+            << " of '" << arguments.b << "' (ids "
             << merged.sources().back().primitive_id_offset + 1 << " to "
             << merged.sources().back().max_primitive_id << ")\n"
             << describeWritten(arguments.output, files) << '\n';

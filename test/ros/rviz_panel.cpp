@@ -43,6 +43,7 @@
 #include <set>
 
 #include "../unit/segmentation/networks.h"
+#include "rviz/find_display.h"
 #include "support.h"
 #include "synthetic_robot.h"
 #include "task_scene_graph/language/word_encoder.h"
@@ -149,15 +150,8 @@ class Panel : public ::testing::Test {
     return tasks;
   }
   static rviz::Display* findDisplay(const std::string& topic) {
-    const rviz::DisplayGroup* displays = state_->frame.getManager()->getRootDisplayGroup();
-    for (int i = 0; i < displays->numDisplays(); ++i) {
-      rviz::Display* display = displays->getDisplayAt(i);
-      if (display->getClassId() != "rviz/MarkerArray") continue;
-      if (display->subProp("Marker Topic")->getValue().toString().toStdString() == topic) {
-        return display;
-      }
-    }
-    return nullptr;
+    return rviz_plugin::findMarkerDisplay(*state_->frame.getManager()->getRootDisplayGroup(),
+                                          topic);
   }
   static rviz::Tool* findTool(const char* class_id) {
     rviz::ToolManager* tools = state_->frame.getManager()->getToolManager();

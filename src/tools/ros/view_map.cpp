@@ -2,13 +2,13 @@
 // Shows a saved map: publishes what the live chain publishes of it, answers questions, and waits.
 #include <ros/ros.h>
 
-#include <iostream>
 #include <memory>
 #include <optional>
 #include <string>
 
 #include "../../nodelets/saved_map_stage.h"
 #include "../command_line.h"
+#include "../saved_map.h"
 #include "task_scene_graph/map/files.h"
 #include "task_scene_graph/map/settings.h"
 #include "task_scene_graph/ros/camera_publisher.h"
@@ -81,11 +81,7 @@ void publish(const map::Map& map, const std::string& folder) {
   late.stop();
 }
 
-void run(const std::string& folder) {
-  const map::LoadedMap loaded = map::loadMap(folder);
-  for (const auto& note : loaded.notes) std::cerr << "map '" << folder << "': " << note << '\n';
-  publish(loaded.map, folder);
-}
+void run(const std::string& folder) { publish(tools::loadMap(folder), folder); }
 
 }  // namespace
 
