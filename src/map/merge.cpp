@@ -152,16 +152,15 @@ void recordSources(const Map& b, const MergeOptions& options, std::uint64_t prim
   merged.setSources(std::move(sources));
 }
 
-void recluster(const Map& before, Map& merged) {
-  scene_graph::SceneGraphBuilder builder(merged.settings().scene_graph, merged.worldFrame());
-  builder.setObjectTasks(merged.objectTasks());
-  builder.setPlaceTasks(merged.placeTasks());
-  merged.setClusters(before.objectClusters(), before.regionClusters());
-  restoreBuilder(merged, builder);
-  merged.setClusters(builder.computeObjectClusters(), builder.computeRegionClusters());
-}
-
 }  // namespace
+
+void recluster(Map& map) {
+  scene_graph::SceneGraphBuilder builder(map.settings().scene_graph, map.worldFrame());
+  builder.setObjectTasks(map.objectTasks());
+  builder.setPlaceTasks(map.placeTasks());
+  restoreBuilder(map, builder);
+  map.setClusters(builder.computeObjectClusters(), builder.computeRegionClusters());
+}
 
 Map mergeMaps(const Map& a, const Map& b, const MergeOptions& options) {
   requireMergeable(a, b, options);
@@ -178,7 +177,8 @@ Map mergeMaps(const Map& a, const Map& b, const MergeOptions& options) {
   mergeMeshes(b, options.T_a_b, merged);
   mergeTrajectories(b, options.T_a_b, merged);
   recordSources(b, options, primitive_offset, place_offset, merged);
-  recluster(a, merged);
+  merged.setClusters(a.objectClusters(), a.regionClusters());
+  recluster(merged);
   return merged;
 }
 

@@ -2,11 +2,14 @@
 #include "task_scene_graph/map/moving.h"
 
 #include <algorithm>
+#include <limits>
 #include <memory>
 #include <utility>
 
 namespace tsg::map {
 namespace {
+
+constexpr std::uint32_t kNotHere = std::numeric_limits<std::uint32_t>::max();
 
 /// The hull of a box that was turned.
 Aabb moveBox(const Aabb& box, const Pose& T) {
@@ -55,18 +58,29 @@ void BlockGatherer::startMesh() {
   used_.clear();
 }
 
+BlockGatherer::Block& BlockGatherer::blockOf(const mapping::GridIndex& index) {
+  if (last_block_ == nullptr || index != last_index_) {
+    last_block_ = &blocks_[index];
+    last_index_ = index;
+  }
+  return *last_block_;
+}
+
 void BlockGatherer::add(const Mesh& mesh, const std::array<std::uint32_t, 3>& triangle) {
-  Block& block = blocks_[findCell(mesh, triangle, block_side_m_)];
-  if (block.vertices.empty()) used_.push_back(&block);
+  Block& block = blockOf(findCell(mesh, triangle, block_side_m_));
+  if (block.vertices.empty()) {
+    used_.push_back(&block);
+    block.vertices.assign(mesh.vertices.size(), kNotHere);
+  }
   std::array<std::uint32_t, 3> moved{};
   for (std::size_t i = 0; i < 3; ++i) {
-    const auto next = static_cast<std::uint32_t>(block.mesh.vertices.size());
-    const auto [found, is_new] = block.vertices.try_emplace(triangle[i], next);
-    if (is_new) {
+    std::uint32_t& here = block.vertices[triangle[i]];
+    if (here == kNotHere) {
+      here = static_cast<std::uint32_t>(block.mesh.vertices.size());
       block.mesh.vertices.push_back(mesh.vertices[triangle[i]]);
       block.mesh.colors.push_back(mesh.colors[triangle[i]]);
     }
-    moved[i] = found->second;
+    moved[i] = here;
   }
   block.mesh.triangles.push_back(moved);
 }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 
@@ -19,6 +20,29 @@ constexpr int kCenterKey = 32768;  ///< of the voxel whose lowest corner is the 
 
 GridIndex toIndex(const octomap::OcTreeKey& key) {
   return {key[0] - kCenterKey, key[1] - kCenterKey, key[2] - kCenterKey};
+}
+
+/// Nothing outside the tree.
+std::optional<octomap::OcTreeKey> toKey(const GridIndex& index) {
+  const GridIndex key = index.array() + kCenterKey;
+  if (key.minCoeff() < 0 || key.maxCoeff() >= 2 * kCenterKey) return std::nullopt;
+  const auto cast = [](int value) { return static_cast<octomap::key_type>(value); };
+  return octomap::OcTreeKey(cast(key.x()), cast(key.y()), cast(key.z()));
+}
+
+/// Of kBlockSide^3 voxels.
+GridIndex toBlock(const GridIndex& voxel) { return TsdfVolume::computeBlockIndex(voxel); }
+
+/// The blocks that voxels lie in, ascending.
+std::vector<GridIndex> listBlocks(const std::vector<OccupancyVoxel>& voxels) {
+  std::vector<GridIndex> blocks;
+  for (const OccupancyVoxel& voxel : voxels) {
+    const GridIndex block = toBlock(voxel.index);
+    if (blocks.empty() || blocks.back() != block) blocks.push_back(block);
+  }
+  std::sort(blocks.begin(), blocks.end(), isBefore);
+  blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
+  return blocks;
 }
 
 octomap::point3d toPoint(const Eigen::Vector3d& p) {
@@ -127,6 +151,59 @@ void OccupancyMap::addUnknown(const OccupancyMap& other, const Pose& T_this_othe
   octree.prune();
 }
 
+OccupancyMap OccupancyMap::moved(
+    const std::function<Pose(const Eigen::Vector3d& p_m)>& motion) const {
+  OccupancyMap result(config_);
+  result.counters_ = counters_;
+  result.tree_->octree.enableChangeDetection(false);
+  for (const GridIndex& block : listBlocks(voxels())) {
+    const Eigen::Vector3d middle_m =
+        (block.cast<double>().array() + 0.5) * (kBlockSide * config_.resolution_m);
+    result.addBlock(*this, block, motion(middle_m));
+  }
+  result.tree_->octree.updateInnerOccupancy();
+  result.tree_->octree.prune();
+  result.tree_->octree.enableChangeDetection(true);
+  return result;
+}
+
+/// Voxels here ask for the voxel there in which their centre lies, so there are no holes.
+void OccupancyMap::addBlock(const OccupancyMap& other, const GridIndex& block,
+                            const Pose& T_here_there) {
+  const double side_m = kBlockSide * config_.resolution_m;
+  const Eigen::AlignedBox3d there(block.cast<double>() * side_m,
+                                  (block.array() + 1).matrix().cast<double>() * side_m);
+  Eigen::AlignedBox3d here;
+  for (int corner = 0; corner < 8; ++corner) {
+    here.extend(T_here_there * there.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner)));
+  }
+  const auto toVoxel = [&](const Eigen::Vector3d& p_m) -> GridIndex {
+    return (p_m / config_.resolution_m).array().floor().cast<int>();
+  };
+  const Pose T_there_here = T_here_there.inverse();
+  const GridIndex first = toVoxel(here.min());
+  const GridIndex size = toVoxel(here.max()) - first + GridIndex::Ones();
+  for (int i = 0; i < size.prod(); ++i) {
+    const GridIndex voxel =
+        first + GridIndex(i % size.x(), i / size.x() % size.y(), i / (size.x() * size.y()));
+    const Eigen::Vector3d center_m = (voxel.cast<double>().array() + 0.5) * config_.resolution_m;
+    const GridIndex from = toVoxel(T_there_here * center_m);
+    if (toBlock(from) == block) addVoxel(voxel, other, from);
+  }
+}
+
+void OccupancyMap::addVoxel(const GridIndex& voxel, const OccupancyMap& other,
+                            const GridIndex& from) {
+  const auto source = toKey(from);
+  const auto target = toKey(voxel);
+  if (!source || !target) return;
+  const octomap::OcTreeNode* node = other.tree_->octree.search(*source);
+  if (node == nullptr) return;
+  const octomap::OcTreeNode* known = tree_->octree.search(*target);
+  if (known != nullptr && known->getLogOdds() >= node->getLogOdds()) return;
+  tree_->octree.setNodeValue(*target, node->getLogOdds(), true);
+}
+
 bool OccupancyMap::integrate(const RgbdFrame& frame) {
   frame.validate();
   tree_->ends.clear();
@@ -184,12 +261,9 @@ Occupancy OccupancyMap::at(const Eigen::Vector3d& point_m) const {
 }
 
 Occupancy OccupancyMap::atVoxel(const GridIndex& index) const {
-  const GridIndex key = index.array() + kCenterKey;
-  const bool is_inside = key.minCoeff() >= 0 && key.maxCoeff() < 2 * kCenterKey;
-  if (!is_inside) return Occupancy::kUnknown;
-  const auto toKey = [](int value) { return static_cast<octomap::key_type>(value); };
-  const octomap::OcTreeNode* node =
-      tree_->octree.search(octomap::OcTreeKey(toKey(key.x()), toKey(key.y()), toKey(key.z())));
+  const auto key = toKey(index);
+  if (!key) return Occupancy::kUnknown;
+  const octomap::OcTreeNode* node = tree_->octree.search(*key);
   if (node == nullptr) return Occupancy::kUnknown;
   return tree_->octree.isNodeOccupied(node) ? Occupancy::kOccupied : Occupancy::kFree;
 }

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "task_scene_graph/trajectory/correct_map.h"
 
+#include <algorithm>
+#include <optional>
 #include <stdexcept>
 
+#include "task_scene_graph/core/parallel.h"
+#include "task_scene_graph/map/merge.h"
 #include "task_scene_graph/map/moving.h"
 #include "task_scene_graph/places/move_memory.h"
 #include "task_scene_graph/places/place_extractor.h"
@@ -12,14 +16,15 @@ namespace {
 
 bool isIdentity(const Pose& pose) { return pose.matrix() == Pose::Identity().matrix(); }
 
-void movePrimitives(const Keyframes& before, const Correction& correction, CorrectedMap& result) {
-  std::vector<ObjectPrimitivePtr> moved;
-  for (const ObjectPrimitivePtr& primitive : result.map.primitives()) {
-    const Pose motion = computeMotion(*primitive, before, correction);
-    if (isIdentity(motion)) continue;
-    moved.push_back(
-        std::make_shared<const ObjectPrimitive>(map::movePrimitive(*primitive, motion)));
-  }
+void movePrimitives(const Keyframes& before, const Correction& correction, int num_threads,
+                    CorrectedMap& result) {
+  const std::vector<ObjectPrimitivePtr>& primitives = result.map.primitives();
+  std::vector<ObjectPrimitivePtr> moved(primitives.size());
+  parallelFor(primitives.size(), num_threads, [&](std::size_t i) {
+    moved[i] = movePrimitive(primitives[i], before, correction);
+    if (moved[i] == primitives[i]) moved[i] = nullptr;
+  });
+  moved.erase(std::remove(moved.begin(), moved.end(), nullptr), moved.end());
   result.num_moved_primitives = moved.size();
   result.map.addPrimitives(std::move(moved));
 }
@@ -38,12 +43,18 @@ std::size_t countMoved(const std::vector<mapping::BlockMesh>& before,
 void moveBackground(const DeformationConfig& config, const Keyframes& before,
                     const Correction& correction, CorrectedMap& result) {
   Deformation deformation(before, correction, config);
+  const auto motionAt = [&](const Eigen::Vector3d& p_m) { return deformation.motionAt(p_m); };
   map::Map& map = result.map;
-  map.setPlaces(std::make_shared<const PlaceGraph>(movePlaces(*map.places(), deformation)));
-  map.setPlaceMemory(std::make_shared<const places::PlaceMemory>(places::moveMemory(
-      *map.placeMemory(), [&](const Eigen::Vector3d& p_m) { return deformation.motionAt(p_m); })));
+  map.setPlaces(std::make_shared<const PlaceGraph>(
+      movePlaces(*map.places(), deformation, config.num_threads)));
+  map.setPlaceMemory(std::make_shared<const places::PlaceMemory>(
+      places::moveMemory(*map.placeMemory(), motionAt)));
+  if (map.occupancy() != nullptr) {
+    map.setOccupancy(
+        std::make_shared<const mapping::OccupancyMap>(map.occupancy()->moved(motionAt)));
+  }
   if (map.meshBlocks().empty()) return;
-  auto blocks = moveMesh(map.meshBlocks(), map.meshVoxelSize(), deformation);
+  auto blocks = moveMesh(map.meshBlocks(), map.meshVoxelSize(), deformation, config.num_threads);
   result.num_moved_blocks = countMoved(map.meshBlocks(), blocks);
   map.setMesh(map.meshVoxelSize(), std::move(blocks));
 }
@@ -62,28 +73,54 @@ Pose computeMotion(const ObjectPrimitive& primitive, const Keyframes& before,
   return blend(motions);
 }
 
-PlaceGraph movePlaces(const PlaceGraph& places, const Deformation& deformation) {
+ObjectPrimitivePtr movePrimitive(const ObjectPrimitivePtr& primitive, const Keyframes& before,
+                                 const Correction& correction) {
+  const Pose motion = computeMotion(*primitive, before, correction);
+  if (isIdentity(motion)) return primitive;
+  return std::make_shared<const ObjectPrimitive>(map::movePrimitive(*primitive, motion));
+}
+
+PlaceGraph movePlaces(const PlaceGraph& places, const Deformation& deformation, int num_threads) {
   PlaceGraph moved = places;
-  for (Place& place : moved.places) {
+  parallelFor(moved.places.size(), num_threads, [&](std::size_t i) {
+    Place& place = moved.places[i];
     place.position_m = deformation.motionAt(place.position_m) * place.position_m;
-  }
+  });
   return moved;
 }
 
 std::vector<mapping::BlockMesh> moveMesh(const std::vector<mapping::BlockMesh>& blocks,
-                                         double voxel_size_m, Deformation& deformation) {
-  std::vector<mapping::BlockMesh> result;
-  map::BlockGatherer gatherer(voxel_size_m * mapping::kBlockSide);
-  for (const mapping::BlockMesh& block : blocks) {
-    Mesh mesh = *block.mesh;
-    if (!deformation.moveVertices(mesh)) {
-      result.push_back(block);
-      continue;
-    }
+                                         double voxel_size_m, Deformation& deformation,
+                                         int num_threads) {
+  for (const mapping::BlockMesh& block : blocks) deformation.prepare(*block.mesh);
+  using Parts = map::BlockGatherer::Meshes;
+  std::vector<std::optional<Parts>> moved(blocks.size());
+  parallelFor(blocks.size(), num_threads, [&](std::size_t i) {
+    if (!deformation.moves(*blocks[i].mesh)) return;
+    Mesh mesh = *blocks[i].mesh;
+    if (!deformation.move(mesh)) return;
+    map::BlockGatherer gatherer(voxel_size_m * mapping::kBlockSide);
     gatherer.startMesh();
     for (const auto& triangle : mesh.triangles) gatherer.add(mesh, triangle);
+    moved[i] = gatherer.take();
+  });
+  std::vector<mapping::BlockMesh> result;
+  Parts all;
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    if (!moved[i]) {
+      result.push_back(blocks[i]);
+      continue;
+    }
+    for (auto& [index, mesh] : *moved[i]) {
+      const auto [found, is_new] = all.try_emplace(index);
+      if (is_new) {
+        found->second = std::move(mesh);
+      } else {
+        found->second.append(mesh);
+      }
+    }
   }
-  map::addToBlocks(gatherer.take(), result);
+  map::addToBlocks(std::move(all), result);
   return result;
 }
 
@@ -96,12 +133,10 @@ CorrectedMap correctMap(const map::Map& map, const Keyframes& before, const Corr
   CorrectedMap result{map};
   if (correction.isIdentity()) return result;
   if (before.isEmpty()) throw std::invalid_argument("the map cannot follow: it has no keyframe");
-  movePrimitives(before, correction, result);
+  movePrimitives(before, correction, config.num_threads, result);
   moveBackground(config, before, correction, result);
   result.map.setTrajectory(
       std::make_shared<const Trajectory>(applyCorrection(correction, before, *map.trajectory())));
-  result.has_dropped_occupancy = map.occupancy() != nullptr;
-  result.map.setOccupancy(nullptr);
   return result;
 }
 
@@ -112,6 +147,11 @@ void updatePlaces(const places::PlacesConfig& config, map::Map& map) {
   extractor.restore(memory, memory.voxel_size_m);
   map.setPlaces(std::make_shared<const PlaceGraph>(extractor.graph()));
   map.setPlaceMemory(std::make_shared<const places::PlaceMemory>(extractor.memory()));
+}
+
+void joinMap(const places::PlacesConfig& config, map::Map& map) {
+  updatePlaces(config, map);
+  map::recluster(map);
 }
 
 }  // namespace tsg::trajectory

@@ -92,44 +92,104 @@ const Pose& Deformation::cornerAt(const GridIndex& corner) {
   return found->second;
 }
 
-const Deformation::Cell& Deformation::cellAt(const GridIndex& index) {
-  const auto [found, is_new] = cells_.try_emplace(index);
-  Cell& cell = found->second;
-  if (!is_new) return cell;
-  cell.are_alike = true;
-  for (int i = 0; i < 8; ++i) {
-    Pose& corner = cell.corners[static_cast<std::size_t>(i)];
-    corner = cornerAt(index + GridIndex(i & 1, (i >> 1) & 1, i >> 2));
-    cell.are_alike = cell.are_alike && corner.matrix() == cell.corners[0].matrix();
-  }
-  cell.is_still = cell.are_alike && isIdentity(cell.corners[0]);
-  return cell;
+GridIndex Deformation::cellOf(const Eigen::Vector3d& p_m) const {
+  return (p_m / config_.cell_m).array().floor().cast<int>();
 }
 
-Pose Deformation::blendCorners(const Cell& cell, const Eigen::Vector3d& share) const {
-  if (cell.are_alike) return cell.corners[0];
-  std::vector<std::pair<Pose, double>> motions;
+/// Those of its bounding box where these are few, else those of its vertices, some more than once.
+std::vector<GridIndex> Deformation::findCells(const Mesh& mesh) const {
+  constexpr double kManyCells = 64.0;
+  std::vector<GridIndex> cells;
+  if (mesh.vertices.empty()) return cells;
+  const Aabb box = mesh.computeBounds();
+  const GridIndex low = cellOf(box.min());
+  const GridIndex size = cellOf(box.max()) - low + GridIndex::Ones();
+  if (size.cast<double>().prod() <= kManyCells) {
+    for (int i = 0; i < size.prod(); ++i) {
+      cells.push_back(low +
+                      GridIndex(i % size.x(), i / size.x() % size.y(), i / (size.x() * size.y())));
+    }
+    return cells;
+  }
+  for (const Eigen::Vector3f& vertex : mesh.vertices) {
+    const GridIndex cell = cellOf(vertex.cast<double>());
+    if (cells.empty() || cells.back() != cell) cells.push_back(cell);
+  }
+  return cells;
+}
+
+void Deformation::addCell(const GridIndex& index) {
+  const auto [found, is_new] = cells_.try_emplace(index);
+  if (!is_new) return;
+  Cell& cell = found->second;
+  cell.motion = cornerAt(index);
+  cell.are_alike = true;
+  for (int i = 0; i < 8; ++i) {
+    const Pose& motion = cornerAt(index + GridIndex(i & 1, (i >> 1) & 1, i >> 2));
+    cell.are_alike = cell.are_alike && motion.matrix() == cell.motion.matrix();
+    DualQuaternion& corner = cell.corners[static_cast<std::size_t>(i)];
+    Eigen::Quaterniond q(motion.linear());
+    if (q.coeffs().dot(cell.corners[0].turn) < 0.0 && i > 0) q.coeffs() = -q.coeffs();
+    const Eigen::Vector3d t = motion.translation();
+    corner.turn = q.coeffs();
+    corner.shift = 0.5 * (Eigen::Quaterniond(0.0, t.x(), t.y(), t.z()) * q).coeffs();
+  }
+  cell.is_still = cell.are_alike && isIdentity(cell.motion);
+}
+
+void Deformation::prepare(const Mesh& mesh) {
+  for (const GridIndex& cell : findCells(mesh)) addCell(cell);
+}
+
+bool Deformation::moves(const Mesh& mesh) const {
+  const auto cells = findCells(mesh);
+  return !std::all_of(cells.begin(), cells.end(),
+                      [&](const GridIndex& cell) { return cells_.at(cell).is_still; });
+}
+
+/// As blend(), without a pose for each point.
+Eigen::Vector3d Deformation::movePoint(const Cell& cell, const Eigen::Vector3d& share,
+                                       const Eigen::Vector3d& p_m) {
+  if (cell.are_alike) return cell.motion * p_m;
+  Eigen::Vector4d turn = Eigen::Vector4d::Zero();
+  Eigen::Vector4d shift = Eigen::Vector4d::Zero();
   for (int i = 0; i < 8; ++i) {
     const double weight = ((i & 1) != 0 ? share.x() : 1.0 - share.x()) *
                           ((i & 2) != 0 ? share.y() : 1.0 - share.y()) *
                           ((i & 4) != 0 ? share.z() : 1.0 - share.z());
-    if (weight > 0.0) motions.emplace_back(cell.corners[static_cast<std::size_t>(i)], weight);
+    const DualQuaternion& corner = cell.corners[static_cast<std::size_t>(i)];
+    turn += weight * corner.turn;
+    shift += weight * corner.shift;
   }
-  return blend(motions);
+  const double norm = turn.norm();
+  turn /= norm;
+  shift /= norm;
+  const Eigen::Vector3d u = turn.head<3>();
+  const Eigen::Vector3d v = shift.head<3>();
+  const Eigen::Vector3d turned_m = p_m + 2.0 * u.cross(u.cross(p_m) + turn.w() * p_m);
+  return turned_m + 2.0 * (turn.w() * v - shift.w() * u + u.cross(v));  // 2 dual * conj(real)
 }
 
-bool Deformation::moveVertices(Mesh& mesh) {
+bool Deformation::move(Mesh& mesh) const {
   bool has_moved = false;
+  GridIndex last = GridIndex::Zero();
+  const Cell* cell = nullptr;
   for (Eigen::Vector3f& vertex : mesh.vertices) {
     const Eigen::Vector3d p_m = vertex.cast<double>();
     const Eigen::Vector3d in_cells = p_m / config_.cell_m;
     const GridIndex index = in_cells.array().floor().cast<int>();
-    const Cell& cell = cellAt(index);
-    if (cell.is_still) continue;
-    vertex = (blendCorners(cell, in_cells - index.cast<double>()) * p_m).cast<float>();
+    if (cell == nullptr || index != last) cell = &cells_.at(index);
+    last = index;
+    if (cell->is_still) continue;
+    vertex = movePoint(*cell, in_cells - index.cast<double>(), p_m).cast<float>();
     has_moved = true;
   }
   return has_moved;
+}
+
+bool Deformation::moveVertices(Mesh& mesh) {
+  prepare(mesh);
+  return move(mesh);
 }
 
 }  // namespace tsg::trajectory

@@ -31,23 +31,30 @@ const Keyframe* Keyframes::find(KeyframeId id) const {
   return found == list_.end() ? nullptr : &*found;
 }
 
-std::optional<KeyframeId> Keyframes::add(Stamp stamp, const Pose& T_world_camera) {
+void Keyframes::requireNext(Stamp stamp, const Pose& T_world_camera) const {
   if (!isRigid(T_world_camera)) {
     throw std::invalid_argument("the pose at " + describeStamp(stamp) +
                                 " is not finite or no rotation");
   }
+  if (list_.empty() || list_.back().stamp < stamp) return;
+  throw std::invalid_argument("a pose at " + describeStamp(stamp) +
+                              ", expected one after the last keyframe's " +
+                              describeStamp(list_.back().stamp));
+}
+
+std::optional<KeyframeId> Keyframes::add(Stamp stamp, const Pose& T_world_camera) {
+  requireNext(stamp, T_world_camera);
   if (!list_.empty()) {
-    const Keyframe& last = list_.back();
-    if (stamp <= last.stamp) {
-      throw std::invalid_argument("a pose at " + describeStamp(stamp) +
-                                  ", expected one after the last keyframe's " +
-                                  describeStamp(last.stamp));
-    }
-    const Pose motion = last.T_world_camera.inverse() * T_world_camera;
+    const Pose motion = list_.back().T_world_camera.inverse() * T_world_camera;
     const bool is_near = motion.translation().norm() < config_.distance_m &&
                          computeAngle(motion) < config_.angle_rad;
     if (is_near) return std::nullopt;
   }
+  return append(stamp, T_world_camera);
+}
+
+KeyframeId Keyframes::append(Stamp stamp, const Pose& T_world_camera) {
+  requireNext(stamp, T_world_camera);
   const KeyframeId id{list_.size() + 1};
   list_.push_back({id, stamp, T_world_camera});
   return id;

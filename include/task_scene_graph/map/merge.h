@@ -16,6 +16,11 @@ struct MergeOptions {
   std::string name_b;               ///< of `b`, for the record
 };
 
+/// Clusters all primitives and places of a map anew, as its tasks and settings say. Clusters keep
+/// their ids where the same members are together. @throws std::invalid_argument as
+/// restoreBuilder().
+void recluster(Map& map);
+
 /// Two maps as one, in the coordinates of `a`, with its tasks, settings and ids.
 ///
 /// `b`'s primitives and places get ids above all of `a`'s; MapSource says which and from where,

@@ -4,7 +4,6 @@
 #include <array>
 #include <cstdint>
 #include <map>
-#include <unordered_map>
 #include <vector>
 
 #include "task_scene_graph/core/frame.h"
@@ -45,12 +44,16 @@ class BlockGatherer {
  private:
   struct Block {
     Mesh mesh;
-    std::unordered_map<std::uint32_t, std::uint32_t> vertices;  ///< of the mesh at hand
+    std::vector<std::uint32_t> vertices;  ///< here, of those of the mesh at hand; empty: none yet
   };
+
+  Block& blockOf(const mapping::GridIndex& index);
 
   double block_side_m_;
   std::map<mapping::GridIndex, Block, IsBlockBefore> blocks_;
   std::vector<Block*> used_;  ///< by the mesh at hand
+  mapping::GridIndex last_index_ = mapping::GridIndex::Zero();
+  Block* last_block_ = nullptr;  ///< of that index
 };
 
 /// Puts more triangles into the meshes of blocks, ascending by (z, y, x).

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -94,6 +95,12 @@ class OccupancyMap {
   /// resolutions differ.
   void addUnknown(const OccupancyMap& other, const Pose& T_this_other);
 
+  /// The map with its voxels moved: blocks of 8^3 each rigidly, as their middle does, resampled to
+  /// the nearest voxel, with their probabilities. Of two that come to lie in one voxel, the one
+  /// more likely occupied stays. Nothing counts as changed. O(voxels).
+  /// @param motion  how what is at a position (world, metres) moves: p_new = T_new_old * p_old
+  OccupancyMap moved(const std::function<Pose(const Eigen::Vector3d& p_m)>& motion) const;
+
   const OccupancyConfig& config() const { return config_; }
   const OccupancyCounters& counters() const { return counters_; }
 
@@ -133,6 +140,8 @@ class OccupancyMap {
  private:
   struct Tree;
 
+  void addBlock(const OccupancyMap& other, const GridIndex& block, const Pose& T_here_there);
+  void addVoxel(const GridIndex& voxel, const OccupancyMap& other, const GridIndex& from);
   void collectRays(const RgbdFrame& frame);
   void addRay(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& end_m);
 

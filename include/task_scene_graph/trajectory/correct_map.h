@@ -13,24 +13,31 @@ namespace tsg::trajectory {
 Pose computeMotion(const ObjectPrimitive& primitive, const Keyframes& before,
                    const Correction& correction);
 
+/// A primitive where its motion puts it; the same one if it does not move. @throws as above.
+ObjectPrimitivePtr movePrimitive(const ObjectPrimitivePtr& primitive, const Keyframes& before,
+                                 const Correction& correction);
+
 /// The places where the deformation puts them; ids, clearances, edges and embeddings stay.
-PlaceGraph movePlaces(const PlaceGraph& places, const Deformation& deformation);
+PlaceGraph movePlaces(const PlaceGraph& places, const Deformation& deformation,
+                      int num_threads = 1);
 
 /// Mesh blocks whose vertices follow the deformation, each triangle in the block in which it comes
-/// to lie. Blocks in which nothing moves and nothing arrives are shared with those before.
+/// to lie. Blocks in which nothing moves and nothing arrives are shared with those before. The same
+/// for any number of threads.
 std::vector<mapping::BlockMesh> moveMesh(const std::vector<mapping::BlockMesh>& blocks,
-                                         double voxel_size_m, Deformation& deformation);
+                                         double voxel_size_m, Deformation& deformation,
+                                         int num_threads = 1);
 
 /// What a map became.
 struct CorrectedMap {
   map::Map map;
   std::size_t num_moved_primitives = 0;
-  std::size_t num_moved_blocks = 0;    ///< of the mesh
-  bool has_dropped_occupancy = false;  ///< an octree cannot be bent; it must be filled anew
+  std::size_t num_moved_blocks = 0;  ///< of the mesh
 };
 
 /// A map that follows its trajectory. Ids, tasks, settings and clusters stay; what now overlaps is
-/// not yet joined. The place memory moves with it, without its ground plan (see updatePlaces()).
+/// not yet joined (see joinMap()). The place memory moves with it, without its ground plan, and the
+/// occupancy map (OccupancyMap::moved()).
 /// With the identity it is the same map: all parts are shared with it. O(primitives' vertices +
 /// mesh vertices + voxels).
 /// @param before  the keyframes that the map was made with, in its frame
@@ -43,5 +50,10 @@ CorrectedMap correctMap(const map::Map& map, const Keyframes& before, const Corr
 /// places that are found where one was keep its id. Nothing for a map without free space.
 /// O(voxels).
 void updatePlaces(const places::PlacesConfig& config, map::Map& map);
+
+/// Joins what lies on one another in a map that has moved: places and ground plan are found anew
+/// (updatePlaces()), all primitives clustered anew, so that what was seen twice is one object.
+/// Objects and regions keep their ids where they keep their members. @throws as map::recluster().
+void joinMap(const places::PlacesConfig& config, map::Map& map);
 
 }  // namespace tsg::trajectory

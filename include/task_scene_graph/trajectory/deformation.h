@@ -16,6 +16,7 @@ namespace tsg::trajectory {
 struct DeformationConfig {
   int num_keyframes = 4;
   double cell_m = 1.0;
+  int num_threads = 2;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor& v) {
@@ -23,6 +24,7 @@ struct DeformationConfig {
             "what has no stamp moves with so many keyframes, those nearest to it");
     v.field("cell_m", self.cell_m, {0.05, 100.0}, "m",
             "vertices move as the corners of cells of this size, blended");
+    v.field("num_threads", self.num_threads, {1, 256}, "", "threads that move meshes");
   }
 };
 
@@ -41,26 +43,45 @@ class Deformation {
   /// O(keyframes^(1/2)) for a way over a floor.
   Pose motionAt(const Eigen::Vector3d& p_m) const;
 
-  /// The vertices, each moved by the blend of its cell's corners, by distance along each axis. A
-  /// vertex that does not move keeps its bits. @returns whether any vertex has moved. O(vertices).
+  /// Computes what move() needs for a mesh. O(vertices) where it is spread over many cells.
+  void prepare(const Mesh& mesh);
+  /// False if no vertex of a mesh that is prepared moves. As prepare().
+  bool moves(const Mesh& mesh) const;
+  /// The vertices of a mesh that is prepared, each moved by the blend of its cell's corners, by
+  /// distance along each axis. A vertex that does not move keeps its bits. @returns whether any
+  /// vertex has moved. O(vertices). From any number of threads.
+  bool move(Mesh& mesh) const;
+
+  /// prepare() and move().
   bool moveVertices(Mesh& mesh);
 
  private:
+  /// A motion as a dual quaternion.
+  struct DualQuaternion {
+    Eigen::Vector4d turn = Eigen::Vector4d::UnitW();
+    Eigen::Vector4d shift = Eigen::Vector4d::Zero();
+  };
   struct Cell {
-    std::array<Pose, 8> corners;  ///< x fastest
-    bool are_alike = false;
+    std::array<DualQuaternion, 8> corners;  ///< x fastest; on one side of the double cover
+    Pose motion = Pose::Identity();         ///< of the first corner
+    bool are_alike = false;                 ///< all move as the first
     bool is_still = false;
   };
+  using Cells = std::unordered_map<mapping::GridIndex, Cell, mapping::GridIndexHash>;
 
+  mapping::GridIndex cellOf(const Eigen::Vector3d& p_m) const;
+  std::vector<mapping::GridIndex> findCells(const Mesh& mesh) const;
   const Pose& cornerAt(const mapping::GridIndex& corner);
-  const Cell& cellAt(const mapping::GridIndex& index);
-  Pose blendCorners(const Cell& cell, const Eigen::Vector3d& share) const;
+  void addCell(const mapping::GridIndex& index);
+  /// Where a point of a cell comes to lie. @param share  along each axis, from its lowest corner
+  static Eigen::Vector3d movePoint(const Cell& cell, const Eigen::Vector3d& share,
+                                   const Eigen::Vector3d& p_m);
 
   DeformationConfig config_;
   std::vector<std::pair<Eigen::Vector3d, Pose>> nodes_;  ///< ascending by x
   bool is_rigid_ = false;
   std::unordered_map<mapping::GridIndex, Pose, mapping::GridIndexHash> corners_;
-  std::unordered_map<mapping::GridIndex, Cell, mapping::GridIndexHash> cells_;
+  Cells cells_;
 };
 
 }  // namespace tsg::trajectory

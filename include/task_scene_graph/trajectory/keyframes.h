@@ -69,6 +69,9 @@ class Keyframes {
   /// the pose is not finite or not rigid; nothing has changed then.
   std::optional<KeyframeId> add(Stamp stamp, const Pose& T_world_camera);
 
+  /// A keyframe, however near to the last one. @returns, throws as add().
+  KeyframeId append(Stamp stamp, const Pose& T_world_camera);
+
   /// The same keyframes at other poses. @throws std::invalid_argument unless there are as many.
   Keyframes withPoses(const std::vector<Pose>& T_world_camera) const;
 
@@ -77,6 +80,8 @@ class Keyframes {
   Anchors anchorsAt(Stamp stamp) const;
 
  private:
+  void requireNext(Stamp stamp, const Pose& T_world_camera) const;
+
   std::string frame_;
   KeyframeConfig config_;
   std::vector<Keyframe> list_;

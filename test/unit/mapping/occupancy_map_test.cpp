@@ -344,5 +344,66 @@ TEST(OccupancyMap, BadParametersAreNamedWithTheirRange) {
   }
 }
 
+States listStates(const OccupancyMap& map) {
+  States states;
+  for (const auto& voxel : map.voxels()) states[toKey(voxel.index)] = voxel.is_occupied;
+  return states;
+}
+
+OccupancyMap makeTurnMap() {
+  OccupancyMap map(makeConfig());
+  for (const RgbdFrame& frame : renderTurn()) map.integrate(frame);
+  return map;
+}
+
+TEST(OccupancyMap, MovedByNothingItIsTheSameMap) {
+  const OccupancyMap map = makeTurnMap();
+  OccupancyMap same = map.moved([](const Eigen::Vector3d&) { return Pose::Identity(); });
+  EXPECT_EQ(listStates(same), listStates(map));
+  EXPECT_EQ(same.serialize(false), map.serialize(false));
+  EXPECT_TRUE(same.takeChanges().empty());
+  EXPECT_EQ(same.counters().frames_integrated, map.counters().frames_integrated);
+}
+
+TEST(OccupancyMap, MovedByWholeVoxelsEachIsThereWithItsProbability) {
+  const OccupancyMap map = makeTurnMap();
+  const double size_m = map.config().resolution_m;
+  Pose T = Pose::Identity();
+  T.translation() = Eigen::Vector3d(3.0, -2.0, 10.0) * size_m;
+  const OccupancyMap moved = map.moved([&](const Eigen::Vector3d&) { return T; });
+  States expected;
+  for (const auto& [key, is_occupied] : listStates(map)) {
+    const auto& [x, y, z] = key;
+    expected[{x + 3, y - 2, z + 10}] = is_occupied;
+  }
+  EXPECT_EQ(listStates(moved), expected);
+}
+
+TEST(OccupancyMap, TurnedItHasNoHolesAndBothStatesWhereTheyBelong) {
+  const OccupancyMap map = makeTurnMap();
+  const double size_m = map.config().resolution_m;
+  Pose T = Pose::Identity();
+  T.linear() = Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  T.translation() = Eigen::Vector3d(1.0, 0.3, 0.2);
+  const OccupancyMap moved = map.moved([&](const Eigen::Vector3d&) { return T; });
+  std::size_t num_inner = 0;
+  const States states = listStates(map);
+  for (const auto& [key, is_occupied] : states) {
+    const auto& [x, y, z] = key;
+    bool is_inner = true;  // all around it is alike
+    for (int i = 0; i < 27; ++i) {
+      const auto beside = states.find({x + i % 3 - 1, y + i / 3 % 3 - 1, z + i / 9 - 1});
+      is_inner = is_inner && beside != states.end() && beside->second == is_occupied;
+    }
+    if (!is_inner) continue;
+    ++num_inner;
+    const Eigen::Vector3d center_m = (Eigen::Vector3d(x, y, z).array() + 0.5) * size_m;
+    EXPECT_EQ(moved.at(T * center_m), is_occupied ? Occupancy::kOccupied : Occupancy::kFree);
+  }
+  EXPECT_GT(num_inner, 1000U);
+  EXPECT_NEAR(static_cast<double>(listStates(moved).size()), static_cast<double>(states.size()),
+              0.05 * static_cast<double>(states.size()));
+}
+
 }  // namespace
 }  // namespace tsg::mapping

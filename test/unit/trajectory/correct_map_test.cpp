@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "graph_worlds.h"
+#include "task_scene_graph/map/merge.h"
 
 namespace tsg::trajectory {
 namespace {
@@ -205,6 +206,59 @@ TEST(CorrectMap, MovedThereAndBackItIsAsBefore) {
   const auto found_m = listVertices(back);
   ASSERT_EQ(found_m.size(), expected_m.size());
   EXPECT_EQ(back.meshBlocks().size(), map.meshBlocks().size());
+}
+
+TEST(CorrectMap, MeshesAreTheSameForAnyNumberOfThreads) {
+  const Keyframes way = makeWay();
+  std::vector<KeyframeMotion> motions;
+  for (const Keyframe& keyframe : way.list()) {
+    const double i = static_cast<double>(keyframe.id.value);
+    motions.push_back({keyframe.id, makePose(0.1 * i, -0.2, 0.0, 0.01 * i)});
+  }
+  std::vector<mapping::BlockMesh> expected;
+  for (const int num_threads : {1, 2, 7}) {
+    Deformation deformation(way, Correction(motions));
+    const auto moved = moveMesh(makeBlocks(), kVoxel_m, deformation, num_threads);
+    if (expected.empty()) expected = moved;
+    ASSERT_EQ(moved.size(), expected.size());
+    for (std::size_t i = 0; i < moved.size(); ++i) {
+      EXPECT_EQ(moved[i].block, expected[i].block);
+      EXPECT_EQ(moved[i].mesh->vertices, expected[i].mesh->vertices);
+      EXPECT_EQ(moved[i].mesh->triangles, expected[i].mesh->triangles);
+    }
+  }
+}
+
+TEST(CorrectMap, WhatWasSeenTwiceIsOneObjectWithTheIdOfTheFirst) {
+  map::Map map = makeMap();
+  auto twin = *makePrimitive(2, 16.0, {3.0F, 6.0F, 0.5F});  // seen from a way 5 m off
+  auto first = *map.primitives()[0];
+  for (ObjectPrimitive* primitive : {&first, &twin}) {
+    primitive->embedding = Embedding::Unit(4, 0);
+    primitive->mesh.vertices[2].z() += 0.1F;  // a box with a volume
+    primitive->box = primitive->mesh.computeBounds();
+  }
+  map.addPrimitives({std::make_shared<const ObjectPrimitive>(first),
+                     std::make_shared<const ObjectPrimitive>(twin)});
+  scene_graph::TaskList tasks;
+  tasks.names = {"cups"};
+  tasks.embeddings = EmbeddingMatrix(1, 4);
+  tasks.embeddings.row(0) = Embedding::Unit(4, 0);
+  map.setTasks(tasks, tasks);
+  map::recluster(map);
+  ASSERT_EQ(map.objectClusters().size(), 2U);
+  const ObjectId id = map.objectClusters()[0].id;
+  const Keyframes keyframes = makeWay();
+  std::vector<KeyframeMotion> motions;
+  for (const Keyframe& keyframe : keyframes.list()) {
+    const bool moves = keyframe.id.value > 10;
+    motions.push_back({keyframe.id, moves ? makePose(0.0, -5.0, 0.0) : Pose::Identity()});
+  }
+  map::Map corrected = correctMap(map, keyframes, Correction(motions)).map;
+  joinMap({}, corrected);
+  ASSERT_EQ(corrected.objectClusters().size(), 1U);
+  EXPECT_EQ(corrected.objectClusters()[0].primitives.size(), 2U);
+  EXPECT_EQ(corrected.objectClusters()[0].id, id);
 }
 
 TEST(CorrectMap, MapsOfOtherFramesAndWithoutKeyframesAreRejected) {
