@@ -18,6 +18,7 @@ foreach(source ${TSG_ROS_TOOL_SOURCES})
 endforeach()
 
 target_link_libraries(concept_graphs PRIVATE tsg_evaluation)
+target_link_libraries(correct_map PRIVATE tsg_trajectory)
 target_link_libraries(evaluate_scene_graph PRIVATE tsg_evaluation)
 target_link_libraries(render_apartments PRIVATE tsg_simulation)
 target_link_libraries(degrade_segments PRIVATE tsg_simulation)
