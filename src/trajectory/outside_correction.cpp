@@ -14,6 +14,8 @@ namespace {
 
 constexpr double kRounding = 1e-9;  ///< metres and radians, of poses that were written and read
 constexpr std::size_t kLeastPoses = 2;
+constexpr double kSameMotion_m = 0.02;  ///< of one keyframe and of what is seen before the next
+constexpr double kSameTurn_rad = 0.005;
 
 double computeAngle(const Pose& motion) {
   return Eigen::AngleAxisd(Eigen::Quaterniond(motion.linear())).angle();
@@ -64,7 +66,12 @@ class Gatherer {
       : config_(config), before_(frame, config.keyframes) {}
 
   void add(Stamp stamp, const Pose& T_world_camera, const Pose& motion) {
-    if (const auto id = before_.add(stamp, T_world_camera)) motions_.push_back({*id, motion});
+    if (!motions_.empty() && differs(motions_.back().T_new_old, motion, T_world_camera)) {
+      appendLast();  // so far all moved alike
+      append(stamp, T_world_camera, motion);
+    } else if (const auto id = before_.add(stamp, T_world_camera)) {
+      motions_.push_back({*id, motion});
+    }
     last_ = Keyframe{{}, stamp, T_world_camera};
     last_motion_ = motion;
     ++num_poses_;
@@ -74,9 +81,7 @@ class Gatherer {
 
   /// The last pose is a keyframe, too: what comes after moves with it.
   OutsideCorrection finish() {
-    if (num_poses_ > 0 && before_.list().back().stamp < last_.stamp) {
-      motions_.push_back({before_.append(last_.stamp, last_.T_world_camera), last_motion_});
-    }
+    appendLast();
     OutsideCorrection result{before_, Correction(motions_)};
     for (std::size_t i = 0; i < motions_.size(); ++i) {
       const Eigen::Vector3d at_m = before_.list()[i].T_world_camera.translation();
@@ -89,6 +94,22 @@ class Gatherer {
   }
 
  private:
+  /// Whether two motions bring a pose to places that are apart.
+  static bool differs(const Pose& a, const Pose& b, const Pose& T_world_camera) {
+    const Pose between = (a * T_world_camera).inverse() * (b * T_world_camera);
+    return between.translation().norm() > kSameMotion_m || computeAngle(between) > kSameTurn_rad;
+  }
+
+  void append(Stamp stamp, const Pose& T_world_camera, const Pose& motion) {
+    motions_.push_back({before_.append(stamp, T_world_camera), motion});
+  }
+
+  /// The last pose, if it is no keyframe.
+  void appendLast() {
+    if (num_poses_ == 0 || !(before_.list().back().stamp < last_.stamp)) return;
+    append(last_.stamp, last_.T_world_camera, last_motion_);
+  }
+
   void requireNear(double motion_m) const {
     if (motion_m <= config_.max_motion_m) return;
     std::ostringstream text;

@@ -35,7 +35,8 @@ struct OutsideCorrection {
 };
 
 /// What a SLAM system's newest poses say of a map. Keyframes are taken at the stamps of its poses,
-/// where these are exact; the map's own poses, which are denser, are interpolated there:
+/// where these are exact, each `keyframes` apart, and wherever the motion changes; the map's own
+/// poses, which are denser, are interpolated there:
 ///
 ///     T_new_old = corrected(stamp) * reported(stamp)^-1
 ///
