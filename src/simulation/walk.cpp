@@ -229,12 +229,19 @@ struct Leg {
   bool look_around = false;  ///< before it
 };
 
+/// The stops once more for each further lap: from the last of one to the first of the next.
+std::vector<Stop> repeat(const std::vector<Stop>& stops, int laps) {
+  std::vector<Stop> all;
+  for (int lap = 0; lap < laps; ++lap) all.insert(all.end(), stops.begin(), stops.end());
+  return all;
+}
+
 std::vector<Leg> planFloor(const Apartment& apartment, const WalkConfig& config, int floor) {
   const double z_m = apartment.rooms[findCorridor(apartment, floor)].floor_z_m;
   const FloorMap map(apartment, z_m + 0.05, z_m + 1.75);
   const double clearance_m = config.body_radius_m + map.cellSize();
   const std::vector<Stop> stops =
-      orderStops(apartment, map, clearance_m, floor, config.stops_per_room);
+      repeat(orderStops(apartment, map, clearance_m, floor, config.stops_per_room), config.laps);
   std::vector<Leg> legs;
   for (std::size_t i = 0; i + 1 < stops.size(); ++i) {
     Path path = map.findPath(stops[i].point_m, stops[i + 1].point_m, clearance_m);
@@ -263,6 +270,11 @@ Pose makeCameraPose(const Eigen::Vector3d& position_m, double yaw_rad, double pi
 
 std::vector<WalkPose> planWalk(const Apartment& apartment, const WalkConfig& config) {
   config::validate(config, "walk");
+  if (config.laps > 1 && apartment.countFloors() > 1) {
+    throw std::invalid_argument("walk: " + std::to_string(config.laps) + " laps over " +
+                                std::to_string(apartment.countFloors()) +
+                                " floors, expected one lap where there are stairs");
+  }
   std::vector<Leg> legs;
   for (int floor = 0; floor < apartment.countFloors(); ++floor) {
     std::vector<Leg> on_floor = planFloor(apartment, config, floor);

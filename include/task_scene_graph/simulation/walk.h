@@ -19,6 +19,7 @@ struct WalkConfig {
   double camera_height_m = 1.4;
   double pitch_down_rad = 0.3;
   int stops_per_room = 1;
+  int laps = 1;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor& v) {
@@ -35,6 +36,8 @@ struct WalkConfig {
     v.field("pitch_down_rad", self.pitch_down_rad, {-1.0, 1.0}, "rad", "view below the horizon");
     v.field("stops_per_room", self.stops_per_room, {1.0, 4.0}, "",
             "points of each room at which the camera turns all round");
+    v.field("laps", self.laps, {1.0, 10.0}, "",
+            "how often the rooms are seen; between two laps the walk goes back to its start");
   }
 };
 
@@ -55,7 +58,9 @@ std::vector<std::vector<Eigen::Vector2d>> findViewpoints(const Apartment& apartm
 /// A walk from one end of the corridor through every room to the other end: A* between the rooms'
 /// viewpoints, shortened and rounded, then followed with bounded speed, acceleration and turn rate;
 /// at each room's viewpoint the camera turns all round. Where there are more floors, the stairs
-/// lead from the corridor's east end to the next. Optical frames, world z up.
+/// lead from the corridor's east end to the next. Further laps begin with the way back to the
+/// start, and go as the first. Optical frames, world z up.
+/// @throws std::invalid_argument for more than one lap where there are stairs.
 /// @throws config::ConfigError; std::runtime_error if a room cannot be reached with the body
 /// radius.
 std::vector<WalkPose> planWalk(const Apartment& apartment, const WalkConfig& config);

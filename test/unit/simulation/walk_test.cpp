@@ -7,6 +7,7 @@
 #include <set>
 
 #include "task_scene_graph/config/config.h"
+#include "task_scene_graph/simulation/world.h"
 
 namespace tsg::simulation {
 namespace {
@@ -123,6 +124,30 @@ TEST(FloorMap, PathsKeepTheirClearanceAndReachTheirGoal) {
     }
   }
   EXPECT_TRUE(map.findPath(from, from + Eigen::Vector2d(0.0, 100.0), 0.33).empty());
+}
+
+TEST(Walk, SecondLapGoesBackToTheStartAndRepeatsTheFirst) {
+  const Apartment apartment = buildApartment({3, 5});
+  WalkConfig config;
+  const auto once = planWalk(apartment, config);
+  config.laps = 2;
+  const auto twice = planWalk(apartment, config);
+  ASSERT_GT(twice.size(), 2 * once.size());
+  for (std::size_t i = 0; i + 20 < once.size(); ++i) {  // the last leg ends without braking
+    EXPECT_EQ(twice[i].T_world_camera.matrix(), once[i].T_world_camera.matrix()) << i;
+  }
+  std::set<int> visited;
+  for (std::size_t i = once.size(); i < twice.size(); ++i) {
+    visited.insert(apartment.findRoom(Eigen::Vector3d(twice[i].T_world_camera.translation())));
+  }
+  for (const Room& room : apartment.rooms) EXPECT_EQ(visited.count(room.id), 1U) << room.phrase;
+}
+
+TEST(Walk, OfTwoLapsOverStairsIsRejected) {
+  WalkConfig config;
+  config.laps = 2;
+  const Apartment building = buildWorld(WorldKind::kBuilding, {});
+  EXPECT_THROW(planWalk(building, config), std::invalid_argument);
 }
 
 }  // namespace
