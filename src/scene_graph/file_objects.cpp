@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "task_scene_graph/scene_graph/file_objects.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <stdexcept>
@@ -18,20 +19,6 @@ namespace {
 using nlohmann::json;
 
 constexpr std::size_t kFewestVertices = 4;  // of a solid
-
-std::optional<RotatedBox> readNotedBox(const json& attributes) {
-  const auto metadata = attributes.find("metadata");
-  if (metadata == attributes.end() || !metadata->is_object()) return std::nullopt;
-  const auto noted = metadata->find("oriented_box");
-  if (noted == metadata->end()) return std::nullopt;
-  const json& yaw = getField(*noted, "yaw_rad");
-  if (!yaw.is_number()) failOn("yaw_rad", yaw, "a number");
-  OrientedBox box;
-  box.center_m = readVector(*noted, "center_m");
-  box.size_m = readVector(*noted, "size_m");
-  box.yaw_rad = yaw.get<double>();
-  return toRotatedBox(box);
-}
 
 RotatedBox fitToMesh(const JsonText& text, const JsonObject& attributes, const json& solid) {
   const NodeMesh mesh = readMesh(text, attributes, readMeshFrame(solid));
@@ -57,7 +44,44 @@ void checkBox(const RotatedBox& box) {
   if (box.size_m.isZero(0.0)) fail("has a box without size");
 }
 
-FileObject readObject(const JsonText& text, const JsonObject& attributes, BoxSource source) {
+/// RGB of `count` vertices from what the file lists for them: {r, g, b, a} each, or numbers in a
+/// row. Grey unless there is one for each.
+std::vector<std::array<std::uint8_t, 3>> readColors(const NodeMesh& mesh) {
+  constexpr std::uint8_t kGrey = 128;
+  const std::vector<std::array<std::uint8_t, 3>> grey(mesh.points_m.size(), {kGrey, kGrey, kGrey});
+  const auto found = mesh.vertex_data.find("colors");
+  if (found == mesh.vertex_data.end()) return grey;
+  const json list = json::parse("[" + found->second + "]", nullptr, false);
+  const std::size_t count = grey.size();
+  if (!list.is_array() || count == 0 || list.size() % count != 0) return grey;
+  const std::size_t numbers = list.size() / count;  // of each vertex in the flat form
+  auto colors = grey;
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const json& first = list[i * numbers];
+      const json value = first.is_object() ? first.value(std::string(1, "rgb"[c]), json())
+                         : numbers >= 3    ? list[i * numbers + c]
+                                           : json();
+      if (!value.is_number()) return grey;
+      colors[i][c] = static_cast<std::uint8_t>(std::min(255.0, std::max(0.0, value.get<double>())));
+    }
+  }
+  return colors;
+}
+
+void readPoints(const JsonText& text, const JsonObject& attributes, const json& solid,
+                FileObject& object) {
+  const NodeMesh mesh = readMesh(text, attributes, readMeshFrame(solid));
+  const auto colors = readColors(mesh);
+  for (std::size_t i = 0; i < mesh.points_m.size(); ++i) {
+    if (!mesh.points_m[i].allFinite()) continue;
+    object.points_m.push_back(mesh.points_m[i]);
+    object.colors.push_back(colors[i]);
+  }
+}
+
+FileObject readObject(const JsonText& text, const JsonObject& attributes, BoxSource source,
+                      MeshPoints points) {
   const json solid = readFields(text, attributes, {"position", "bounding_box", "name", "metadata"});
   FileObject object;
   const auto name = solid.find("name");
@@ -66,11 +90,12 @@ FileObject readObject(const JsonText& text, const JsonObject& attributes, BoxSou
   if (source == BoxSource::kMesh) {
     object.box = fitToMesh(text, attributes, solid);
   } else if (const auto noted = readNotedBox(solid)) {
-    object.box = *noted;
+    object.box = toRotatedBox(*noted);
   } else {
     object.box = readRotatedBox(solid);
   }
   checkBox(object.box);
+  if (points == MeshPoints::kRead) readPoints(text, attributes, solid, object);
   return object;
 }
 
@@ -85,7 +110,7 @@ std::optional<JsonObject> findAttributes(const JsonText& text, const JsonObject&
   return attributes == nullptr ? JsonObject() : text.readObject(*attributes);
 }
 
-FileObjects readLayer(const JsonText& text, FileLayer layer, BoxSource source) {
+FileObjects readLayer(const JsonText& text, FileLayer layer, BoxSource source, MeshPoints points) {
   const JsonObject graph = text.readObject(text.root());
   const JsonSpan* nodes = graph.find("nodes");
   if (nodes == nullptr || !text.isArray(*nodes)) {
@@ -101,7 +126,7 @@ FileObjects readLayer(const JsonText& text, FileLayer layer, BoxSource source) {
     const JsonSpan* id = node.find("id");
     const std::uint64_t key = id == nullptr ? 0 : text.readUnsigned(*id).value_or(0);
     try {
-      FileObject object = readObject(text, *attributes, source);
+      FileObject object = readObject(text, *attributes, source, points);
       object.id = key;
       read.objects.push_back(std::move(object));
     } catch (const std::runtime_error& e) {
@@ -113,9 +138,10 @@ FileObjects readLayer(const JsonText& text, FileLayer layer, BoxSource source) {
 
 }  // namespace
 
-FileObjects loadFileObjects(const std::string& path, FileLayer layer, BoxSource source) {
+FileObjects loadFileObjects(const std::string& path, FileLayer layer, BoxSource source,
+                            MeshPoints points) {
   try {
-    return readLayer(JsonText::read(path), layer, source);
+    return readLayer(JsonText::read(path), layer, source, points);
   } catch (const std::runtime_error& e) {
     throw std::runtime_error("scene graph '" + path + "' " + e.what());
   }

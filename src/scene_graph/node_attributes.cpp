@@ -86,6 +86,44 @@ void mergeTimes(const JsonText& text, const std::vector<JsonObject>& members, Fi
   extend("last_update_time_ns", true);
 }
 
+/// Around the boxes that this package notes for each member; nothing unless each has one.
+std::optional<OrientedBox> joinNotedBoxes(const JsonText& text,
+                                          const std::vector<JsonObject>& members) {
+  std::optional<Eigen::Vector3d> origin_m;
+  std::vector<Eigen::Vector3f> corners_m;
+  for (const JsonObject& member : members) {
+    auto box = readNotedBox(readFields(text, member, {"metadata"}));
+    if (!box || !box->center_m.allFinite()) return std::nullopt;
+    // A float holds no millimetres at a map projection's coordinates.
+    if (!origin_m) origin_m = box->center_m;
+    box->center_m -= *origin_m;
+    for (const Eigen::Vector3f& corner_m : box->corners()) corners_m.push_back(corner_m);
+  }
+  OrientedBox joined = computeOrientedBox(corners_m);
+  joined.center_m += *origin_m;
+  return joined;
+}
+
+/// What this package notes of a primitive does not hold for several; what others note stays.
+void mergeMetadata(const JsonText& text, const std::vector<JsonObject>& members,
+                   FieldTexts& merged) {
+  json fields = readFields(text, members.front(), {"metadata"});
+  const auto metadata = fields.find("metadata");
+  if (metadata == fields.end() || !metadata->is_object()) return;
+  std::size_t num_erased = 0;
+  for (const char* of_one : {"track", "num_observations", "oriented_box"}) {
+    num_erased += metadata->erase(of_one);
+  }
+  if (num_erased == 0) return;
+  try {
+    if (const auto box = joinNotedBoxes(text, members)) {
+      (*metadata)["oriented_box"] = toNotedBox(*box);
+    }
+  } catch (const std::runtime_error&) {  // someone else's field of this name
+  }
+  merged.emplace_back("metadata", metadata->dump());
+}
+
 void mergeMeshConnections(const JsonText& text, const std::vector<JsonObject>& members,
                           FieldTexts& merged) {
   const JsonSpan* form = members.front().find("mesh_connections");
@@ -200,6 +238,7 @@ FieldTexts mergeAttributes(const JsonText& text, const std::vector<JsonObject>& 
   mergeTimes(text, members, merged);
   mergeMeshes(text, members, box, merged, bad_meshes);
   mergeMeshConnections(text, members, merged);
+  mergeMetadata(text, members, merged);
   return merged;
 }
 

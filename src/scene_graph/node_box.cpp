@@ -109,6 +109,25 @@ Aabb readBox(const json& attributes) {
 
 RotatedBox readRotatedBox(const json& attributes) { return parseBox(attributes); }
 
+std::optional<OrientedBox> readNotedBox(const json& attributes) {
+  const auto metadata = attributes.find("metadata");
+  if (metadata == attributes.end() || !metadata->is_object()) return std::nullopt;
+  const auto noted = metadata->find("oriented_box");
+  if (noted == metadata->end()) return std::nullopt;
+  const json& yaw = getField(*noted, "yaw_rad");
+  if (!yaw.is_number()) failOn("yaw_rad", yaw, "a number");
+  OrientedBox box;
+  box.center_m = readVector(*noted, "center_m");
+  box.size_m = readVector(*noted, "size_m");
+  box.yaw_rad = yaw.get<double>();
+  return box;
+}
+
+json toNotedBox(const OrientedBox& box) {
+  return {
+      {"center_m", toJson(box.center_m)}, {"size_m", toJson(box.size_m)}, {"yaw_rad", box.yaw_rad}};
+}
+
 MeshFrame readMeshFrame(const json& attributes) {
   const Box box = parseBox(attributes);
   return {box.rotation, box.mesh_origin_m};

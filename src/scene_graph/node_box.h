@@ -2,6 +2,7 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "node_mesh.h"
 #include "task_scene_graph/core/box.h"
@@ -19,6 +20,13 @@ Aabb readBox(const nlohmann::json& attributes);
 /// A node's box as it is turned, not checked to be finite; without size if the box is INVALID.
 /// @throws std::runtime_error saying what is wrong with `bounding_box`.
 RotatedBox readRotatedBox(const nlohmann::json& attributes);
+
+/// The box of least footprint that this package notes in `metadata`; nothing without one.
+/// @throws std::runtime_error saying what is wrong with it.
+std::optional<OrientedBox> readNotedBox(const nlohmann::json& attributes);
+
+/// As `metadata` notes a box.
+nlohmann::json toNotedBox(const OrientedBox& box);
 
 /// How a node's mesh lies in the world: relative to its box's centre and axes; to the lower corner
 /// of a box by world corners.

@@ -255,6 +255,32 @@ class ClusterSceneGraph(unittest.TestCase):
                                [nodes[m]["attributes"] for m in members])
         self.assertEqual(len(edges), len(objects) + 30)
 
+    def test_notes_of_one_primitive_are_not_those_of_an_object_of_several(self):
+        def note(x, y, side):
+            return {"track": 4, "num_observations": 9, "seen_by": "Ann", "oriented_box": {
+                "center_m": [x, y, 0.0], "size_m": [side, side, 1.0], "yaw_rad": 0.0}}
+        version = (1, 1, 3)
+        segments = self.make_segments(1, version) * 3
+        segments = json.loads(json.dumps(segments))
+        for segment, x in zip(segments, (1.0, 1.5, 900.0)):
+            segment["semantic_feature"]["data"] = [float(v) for v in self.tasks[0]]
+            segment["bounding_box"]["world_P_center"] = [x, 1.0, 1.0]
+            segment["metadata"] = note(x, 1.0, 1.0)
+        tape, out = self.cluster(make_graph(segments, version))
+        self.assertEqual([len(members) for members in tape["clusters"]], [2, 1])
+        notes = [n["attributes"]["metadata"] for n in out["nodes"] if n["layer"] == 2]
+        self.assertEqual(notes[0]["seen_by"], "Ann")
+        self.assertNotIn("track", notes[0])
+        self.assertNotIn("num_observations", notes[0])
+        box = notes[0]["oriented_box"]  # from x = 0.5 to 2
+        self.assertTrue(np.allclose(box["center_m"], [1.25, 1.0, 0.0]), box)
+        self.assertTrue(np.allclose(sorted(box["size_m"]), [1.0, 1.0, 1.5]), box)
+        self.assertEqual(notes[1], segments[2]["metadata"])
+        segments[1]["metadata"]["oriented_box"] = "somebody else's"
+        _, out = self.cluster(make_graph(segments, version))
+        notes = [n["attributes"]["metadata"] for n in out["nodes"] if n["layer"] == 2]
+        self.assertEqual(notes[0], {"seen_by": "Ann"})
+
     def assert_merged(self, merged, parts):
         centers = np.array([p["bounding_box"]["world_P_center"] for p in parts])
         box = merged["bounding_box"]

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -21,12 +23,17 @@ enum class BoxSource {
   kMesh   ///< the upright box of least footprint around the node's mesh
 };
 
+/// Whether the vertices of the nodes' meshes are wanted.
+enum class MeshPoints { kLeave, kRead };
+
 /// A node of a scene graph file that has a place in space and a meaning.
 struct FileObject {
   bottleneck::NodeKey id = 0;
-  std::string name;     ///< of its task in files of this package; may be empty
-  RotatedBox box;       ///< world frame
-  Embedding embedding;  ///< mean of the columns of `semantic_feature`
+  std::string name;                       ///< of its task in files of this package; may be empty
+  RotatedBox box;                         ///< world frame
+  Embedding embedding;                    ///< mean of the columns of `semantic_feature`
+  std::vector<Eigen::Vector3d> points_m;  ///< kRead: of its mesh, world frame
+  std::vector<std::array<std::uint8_t, 3>> colors;  ///< RGB of each; grey where the file has none
 };
 
 struct FileObjects {
@@ -37,11 +44,12 @@ struct FileObjects {
 
 /// The objects of a scene graph in spark_dsg's JSON, of this package or another; versions and forms
 /// as SceneGraphFile reads them. Nodes without a readable box, mesh (kMesh: of more than three
-/// vertices) or embedding are left out and named.
+/// vertices) or embedding are left out and named. A node without a mesh has no points.
 /// deviation: the authors' evaluation fits boxes of least volume to the meshes; here they stay
 /// upright, as things stand.
 /// @throws std::runtime_error naming the file and what was found if it is missing, no JSON, or no
 /// scene graph.
-FileObjects loadFileObjects(const std::string& path, FileLayer layer, BoxSource source);
+FileObjects loadFileObjects(const std::string& path, FileLayer layer, BoxSource source,
+                            MeshPoints points = MeshPoints::kLeave);
 
 }  // namespace tsg::scene_graph
