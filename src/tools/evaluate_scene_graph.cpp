@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "command_line.h"
+#include "goal_report.h"
 #include "task_scene_graph/core/files.h"
 #include "task_scene_graph/evaluation/calibration.h"
 #include "task_scene_graph/evaluation/class_scores.h"
@@ -43,6 +44,7 @@ struct Arguments {
   std::string json;
   std::string rooms;
   std::string labels;
+  std::string true_mesh;
   double label_distance_m = 0.1;
   scene_graph::FileLayer layer = scene_graph::FileLayer::kObjects;
   scene_graph::BoxSource boxes = scene_graph::BoxSource::kFile;
@@ -98,7 +100,10 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
       "closed-set scores of mesh.ply of the map folder, whose tasks are the classes")(
       "label-distance", options::value(&arguments.label_distance_m),
       "farther than this from every vertex of the map a labelled one counts as missed, m (0.1)")(
-      "json", tools::pathOption(arguments.json), "file to write all numbers to");
+      "true-mesh", tools::pathOption(arguments.true_mesh),
+      "true surfaces (PLY), mesh.ply of a generated world or scene_mesh.ply of a rendered house: "
+      "success of going to each task's best object by the map folder's places, from where its walk "
+      "began")("json", tools::pathOption(arguments.json), "file to write all numbers to");
   if (!tools::parseOptions(argc, argv, description)) return std::nullopt;
   using scene_graph::BoxSource;
   using scene_graph::FileLayer;
@@ -328,6 +333,9 @@ void run(const Arguments& arguments) {
   all["calibration"] = reportCalibration(evaluation::judgeObjects(truth, estimates));
   if (!arguments.rooms.empty()) all["regions"] = reportRegions(arguments);
   if (!arguments.labels.empty()) all["classes"] = reportClasses(arguments, read.objects, tasks);
+  if (!arguments.true_mesh.empty()) {
+    all["goals"] = tools::reportGoals({arguments.map, arguments.true_mesh}, truth, estimates);
+  }
   if (arguments.json.empty()) return;
   writeFileAtomically(arguments.json, [&](std::ostream& out) { out << all.dump(1) << '\n'; });
 }

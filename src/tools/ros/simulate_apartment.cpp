@@ -15,6 +15,7 @@
 #include <thread>
 
 #include "task_scene_graph/core/files.h"
+#include "task_scene_graph/mapping/ply.h"
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/image_conversions.h"
 #include "task_scene_graph/ros/message_conversions.h"
@@ -26,6 +27,7 @@
 #include "task_scene_graph/simulation/variation.h"
 #include "task_scene_graph/simulation/walk.h"
 #include "task_scene_graph/simulation/world.h"
+#include "task_scene_graph/simulation/world_mesh.h"
 
 namespace {
 
@@ -36,7 +38,7 @@ using namespace tsg::simulation;
 constexpr const char* kUsage =
     R"(usage: simulate_apartment --output FILE.bag [options]
 Renders a walk through a generated apartment. Beside the bag: FILE.object_tasks.yaml and
-FILE.place_tasks.yaml (names and embeddings), FILE.ground_truth/ (instances, rooms, tasks, poses, labels).
+FILE.place_tasks.yaml (names and embeddings), FILE.ground_truth/ (instances, rooms, tasks, poses, labels, mesh).
 Worlds other than the apartment have things that touch, such as stacks of books; object_tasks is about
 them one by one, FILE.coarse_tasks.yaml and FILE.ground_truth/coarse_tasks.yaml are about the stacks.
   --world NAME        apartment, cubicle, office or building (apartment)
@@ -264,6 +266,7 @@ std::vector<WrittenFile> writeTruth(const Options& options, const Apartment& wor
   writeTasks(".place_tasks.yaml", makePlaceTasks(world));
   for (WalkPose& pose : walk) pose.stamp.ns += kStart_ns;
   writeGroundTruth(truth, world, tasks, walk);
+  mapping::writePly(truth / "mesh.ply", computeMesh(world));
   seen.write(truth / "labels.ply", world, tasks);
   if (!is_apartment) {
     const std::vector<TaskTruth> coarse = makeGroupTasks(world, TaskGrain::kCoarse);
