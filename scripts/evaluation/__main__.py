@@ -3,15 +3,10 @@
 what lies in the output folder is not made again."""
 import argparse
 import collections
-import json
 import os
-import subprocess
 import sys
-import time
 
-from . import methods, report, results, worlds
-
-PROGRAMS = os.path.join("devel", "lib", "task_scene_graph")
+from . import chain, methods, report, results, study, worlds
 
 # duration_s: of the walk, 0: until every room has been seen.
 Suite = collections.namedtuple("Suite", "worlds seeds levels duration_s")
@@ -44,11 +39,17 @@ def parse_arguments():
     parser.add_argument("--methods", nargs="+", default=[m.name for m in methods.METHODS],
                         help="rows of the table (all): " +
                              "; ".join(f"{m.name}: {m.text}" for m in methods.METHODS))
+    parser.add_argument("--study", action="store_true",
+                        help="not methods but parameters, one at a time around the defaults: study.md, "
+                             "study.json, study.png")
+    parser.add_argument("--parameters", nargs="+", default=[p.name for p in study.PARAMETERS],
+                        help="of the study (all): " + ", ".join(p.name for p in study.PARAMETERS))
     parser.add_argument("--compare", metavar="FOLDER",
                         help="results of an earlier run: adds what changed since to the report")
     arguments = parser.parse_args()
     try:
         arguments.methods = methods.find_methods(arguments.methods)
+        arguments.parameters = study.find_parameters(arguments.parameters)
     except ValueError as error:
         parser.error(str(error))
     suite = SUITES[arguments.suite]
@@ -57,71 +58,6 @@ def parse_arguments():
     arguments.levels = arguments.levels or suite.levels
     arguments.duration_s = suite.duration_s
     return arguments
-
-
-class Runner:
-    """Runs the package's programs; what they say goes to a log that is named if one fails."""
-
-    def __init__(self, root, log):
-        self.root = root
-        self.log = log
-
-    def __call__(self, command):
-        script = os.path.join(self.root, "scripts", command[0])
-        program = script if os.path.exists(script) else os.path.join(self.root, PROGRAMS, command[0])
-        with open(self.log, "a", encoding="utf-8") as log:
-            log.write("$ " + " ".join(command) + "\n")
-            log.flush()
-            status = subprocess.call([program] + command[1:], stdout=log, stderr=log)
-        if status != 0:
-            raise RuntimeError(f"{command[0]} ended with status {status}; see {self.log}")
-
-
-def make_map(run, recording, tasks, front_end, folder):
-    """Runs the chain unless its map is there. Returns the map's folder."""
-    target = os.path.join(folder, front_end)
-    if os.path.exists(os.path.join(target, "done.json")):
-        return target
-    os.makedirs(target, exist_ok=True)
-    program, config, _ = methods.FRONT_ENDS[front_end]
-    command = [program, "--bag", recording.bag, "--output", target]
-    if config is not None:
-        path = os.path.join(target, "config.yaml")
-        with open(path, "w", encoding="utf-8") as file:
-            json.dump(config, file)  # JSON is YAML
-        command += ["--object-tasks", tasks, "--place-tasks", recording.place_tasks,
-                    "--config", path]
-    started = time.monotonic()
-    run(command)
-    results.write(os.path.join(target, "done.json"), {"wall_s": time.monotonic() - started})
-    return target
-
-
-def read_time_per_frame(folder):
-    """TPF: work of all stages for one tracked frame in ms, from timing.json; None where not told."""
-    try:
-        with open(os.path.join(folder, "timing.json"), encoding="utf-8") as file:
-            stages = json.load(file)["stages"]
-        total_ms = sum(stage["mean_ms"] * stage["frames"] for stage in stages.values())
-        return total_ms / stages["tracking"]["frames"]
-    except (OSError, ValueError, KeyError, ZeroDivisionError):
-        return None
-
-
-def evaluate(run, recording, tasks, method, map_folder, folder):
-    scores = os.path.join(folder, f"{method.name}.scores.json")
-    command = ["evaluate_scene_graph", "--map", map_folder, "--truth", tasks.truth, "--tasks",
-               tasks.tasks, "--layer", method.layer, "--json", scores]
-    if method.filtered:
-        command += ["--min-cosine", str(methods.ALPHA)]
-    if os.path.exists(os.path.join(map_folder, "floor_0.yaml")) and os.path.exists(recording.rooms):
-        command += ["--rooms", recording.rooms]
-    if (method.layer == "objects" and os.path.exists(os.path.join(map_folder, "mesh.ply")) and
-            os.path.exists(tasks.labels)):
-        command += ["--labels", tasks.labels]
-    run(command)
-    with open(scores, encoding="utf-8") as file:
-        return json.load(file)
 
 
 def score_list(run, recording, number, level, arguments):
@@ -134,15 +70,26 @@ def score_list(run, recording, number, level, arguments):
         if os.path.exists(path):
             continue
         uses_tasks = methods.FRONT_ENDS[method.front_end].uses_tasks
-        map_folder = make_map(run, recording, tasks.tasks, method.front_end,
-                              folder if uses_tasks else shared)
-        scores = evaluate(run, recording, tasks, method, map_folder, folder)
+        map_folder = chain.make_map(run, recording, tasks.tasks, method.front_end,
+                                    folder if uses_tasks else shared)
+        os.makedirs(folder, exist_ok=True)
+        scores = chain.evaluate(run, recording, tasks, map_folder,
+                                os.path.join(folder, f"{method.name}.scores.json"), method.layer,
+                                methods.ALPHA if method.filtered else None)
         results.write(path, {"world": tasks.world, "level": level, "recording": recording.name,
                              "method": method.name, "scores": scores,
-                             "ms_per_frame": read_time_per_frame(map_folder)})
+                             "ms_per_frame": chain.read_time_per_frame(map_folder)})
         strict = scores["paper"]["strict"]
         say(f"{tasks.world}, {recording.name} {method.name}: strict F1 {strict['f1']:.3f} "
             f"(osR {strict['recall']:.3f}, osP {strict['precision']:.3f})")
+
+
+def study_list(run, recording, number, level, arguments):
+    """As score_list(), one parameter at a time."""
+    shared = os.path.join(arguments.output, recording.name)
+    folder = os.path.join(shared, "coarse") if number > 0 else shared
+    for parameter in arguments.parameters:
+        study.score(run, recording, recording.lists[number], level, parameter, folder, say)
 
 
 def list_recordings(run, arguments):
@@ -157,9 +104,13 @@ def list_recordings(run, arguments):
             yield worlds.prepare_world(run, bags, kind, seed, arguments.duration_s), seed
 
 
+def make_command():
+    return "scripts/benchmark " + " ".join(sys.argv[1:])
+
+
 def write_report(arguments):
     found = results.load_all(arguments.output)
-    text = report.make_report(found, "scripts/benchmark " + " ".join(sys.argv[1:]))
+    text = report.make_report(found, make_command())
     if arguments.compare:
         before = results.load_all(arguments.compare)
         text += f"\n## Since {arguments.compare}\n\n{report.compare(before, found)}\n"
@@ -177,14 +128,18 @@ def main():
     arguments = parse_arguments()
     root = os.environ["TSG_ROOT"]
     os.makedirs(arguments.output, exist_ok=True)
-    run = Runner(root, os.path.join(arguments.output, "log.txt"))
+    run = chain.Runner(root, os.path.join(arguments.output, "log.txt"))
     try:
         for recording, seed in list_recordings(run, arguments):
             for level in arguments.levels:
                 degraded = worlds.degrade(run, recording, level, seed)
                 for number in range(len(recording.lists)):
-                    score_list(run, degraded, number, level, arguments)
-        write_report(arguments)
+                    (study_list if arguments.study else score_list)(run, degraded, number, level,
+                                                                    arguments)
+        if arguments.study:
+            study.write_report(arguments.output, make_command(), say)
+        else:
+            write_report(arguments)
     except (RuntimeError, ValueError, OSError) as error:
         print(f"scripts/benchmark: {error}", file=sys.stderr)
         return 1

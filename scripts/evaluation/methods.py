@@ -11,8 +11,10 @@ Method = collections.namedtuple("Method", "name front_end layer filtered text")
 ALPHA = 0.23  # of the paper, for ViT-L/14
 
 # program: with --bag and --output. config: what --config holds, None where the program has no such
-# option. uses_tasks: whether the layers that are scored depend on the tasks. Thresholds: [Clio24, Sec. V-A] and the released configurations.
-FrontEnd = collections.namedtuple("FrontEnd", "program config uses_tasks")
+# option. uses_tasks: whether the layers that are scored depend on the tasks. base: of a map that is
+# made of another one's primitives, that one. Thresholds: [Clio24, Sec. V-A] and the released
+# configurations.
+FrontEnd = collections.namedtuple("FrontEnd", "program config uses_tasks base")
 PAPER = {
     "tracker": {"adapt_cosine": False, "max_range_m": 4.0},
     "mesh_fusion": {"reconstruction": {"max_range_m": 4.0, "min_object_share": 0.5,
@@ -20,14 +22,16 @@ PAPER = {
 }
 KHRONOS = {"preset": "khronos", "min_observations": 5, "max_range_m": 4.0}
 FRONT_ENDS = {
-    "default": FrontEnd("process_bag", {}, True),
-    "paper": FrontEnd("process_bag", PAPER, True),
-    "khronos": FrontEnd("process_bag", dict(PAPER, tracker=KHRONOS), False),
-    "concept_graphs": FrontEnd("concept_graphs", None, False),
+    "default": FrontEnd("process_bag", {}, True, None),
+    "batch": FrontEnd("cluster_scene_graph", None, True, "default"),
+    "paper": FrontEnd("process_bag", PAPER, True, None),
+    "khronos": FrontEnd("process_bag", dict(PAPER, tracker=KHRONOS), False, None),
+    "concept_graphs": FrontEnd("concept_graphs", None, False, None),
 }
 
 METHODS = [
     Method("clio", "default", "objects", False, "this package with its defaults"),
+    Method("clio_batch", "batch", "objects", True, "its primitives, clustered at once at the end"),
     Method("primitives", "default", "segments", False, "its primitives, not clustered"),
     Method("clio_paper", "paper", "objects", False, "the paper's thresholds"),
     Method("clio_prim", "paper", "segments", False, "these thresholds' primitives"),

@@ -17,6 +17,9 @@ COLUMNS = [
 ]
 REGION_COLUMNS = [("precision", "precision"), ("recall", "recall"), ("F1", "f1"),
                   ("regions", "num_regions"), ("rooms", "num_rooms")]
+GOAL_COLUMNS = [("success", "success"), ("right object", "right"), ("strict", "strict"),
+                ("path", "path"), ("free", "free"), ("path / shortest", "median_ratio"),
+                ("SPL", "spl"), ("tasks", "num_tasks")]
 CLASS_COLUMNS = [("mAcc", "mean_accuracy"), ("mIoU", "mean_iou"), ("F-mIoU", "weighted_iou"),
                  ("classes", "num_classes")]
 
@@ -104,6 +107,7 @@ def make_report(results, command):
                   make_table(by_method), ""]
     for heading, table in (("Regions against rooms",
                             make_part_table(groups, "regions", REGION_COLUMNS)),
+                           ("Going to things", make_part_table(groups, "goals", GOAL_COLUMNS)),
                            ("Classes of the mesh's vertices",
                             make_part_table(groups, "classes", CLASS_COLUMNS)),
                            ("Share of right objects by cosine", make_calibration_table(groups))):

@@ -13,12 +13,12 @@ def write(path, content):
     os.replace(part, path)
 
 
-def load_all(folder):
+def load_all(folder, ending=".result.json"):
     """Every result in a folder, sorted by its path. Raises ValueError naming what is no result."""
     results = []
     for parent, _, names in sorted(os.walk(folder)):
         for name in sorted(names):
-            if not name.endswith(".result.json"):
+            if not name.endswith(ending):
                 continue
             path = os.path.join(parent, name)
             with open(path, encoding="utf-8") as file:

@@ -5,9 +5,9 @@ import os
 
 # tasks: file with an embedding per task. truth: what evaluate_scene_graph takes.
 # world: heading in the report; two lists of one world have two. rooms: the true ones. labels: points
-# with the number of a task each; rooms and labels need not exist.
+# with the number of a task each. mesh: the true surfaces. Rooms, labels and mesh need not exist.
 TaskList = collections.namedtuple("TaskList", "world tasks truth labels")
-Recording = collections.namedtuple("Recording", "name bag place_tasks rooms lists")
+Recording = collections.namedtuple("Recording", "name bag place_tasks rooms mesh lists")
 
 LEVELS = ("none", "clip_like", "hard")
 KINDS = ("apartment", "cubicle", "office", "building")
@@ -29,7 +29,7 @@ def prepare_world(run, folder, kind, seed, duration_s):
                               os.path.join(truth, "coarse_tasks.yaml"),
                               os.path.join(truth, "coarse_labels.ply")))
     return Recording(name, stem + ".bag", stem + ".place_tasks.yaml",
-                     os.path.join(truth, "rooms.json"), lists)
+                     os.path.join(truth, "rooms.json"), os.path.join(truth, "mesh.ply"), lists)
 
 
 def prepare_house(run, folder, source):
@@ -39,7 +39,7 @@ def prepare_house(run, folder, source):
     if not os.path.exists(stem + ".bag"):
         run(["dataset_to_bag", "--input", source, "--output", stem + ".bag"])
     return Recording(name, stem + ".bag", stem + ".place_tasks.yaml",
-                     os.path.join(source, "rooms.json"),
+                     os.path.join(source, "rooms.json"), os.path.join(source, "scene_mesh.ply"),
                      [TaskList(name, stem + ".object_tasks.yaml", source,
                                os.path.join(source, "labels.ply"))])
 

@@ -11,7 +11,7 @@ import unittest
 SOURCE = os.environ["TSG_SOURCE_DIR"]
 PROGRAMS = os.path.join(os.environ["TSG_BUILD_DIR"], "devel", "lib", "task_scene_graph")
 sys.path.insert(0, os.path.join(SOURCE, "scripts"))
-from evaluation import report, results  # noqa: E402
+from evaluation import report, results, study  # noqa: E402
 
 
 def run(*command):
@@ -102,6 +102,17 @@ class EvaluateSceneGraph(unittest.TestCase):
         self.assertEqual((regions["precision"], regions["num_rooms"]), (1.0, 1))
         self.assertAlmostEqual(regions["recall"], 0.19, delta=0.03)  # a disc of 0.5 m in 2 m x 2 m
 
+    def test_going_to_things_needs_a_map_folder_with_places(self):
+        self.write("mesh.ply", "ply\n")
+        done = self.evaluate("--true-mesh", self.path("mesh.ply"))
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("map.json", done.stdout)
+        done = run(os.path.join(PROGRAMS, "evaluate_scene_graph"), "--map",
+                   self.path("scene_graph.json"), "--truth", self.path("truth.yaml"), "--tasks",
+                   self.path("tasks.yaml"), "--true-mesh", self.path("mesh.ply"))
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("is no folder", done.stdout)
+
     def test_classes_of_vertices_are_scored_against_a_labelled_mesh(self):
         head = "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\n" \
                "property float z\nproperty int {}\nend_header\n"
@@ -184,6 +195,19 @@ class Report(unittest.TestCase):
         lines = report.compare([make_result("clio", 0.8)], [make_result("clio", 0.9)])
         self.assertIn("| apartment | none | clio | 0.800 | 0.900 | +0.100 |", lines)
 
+    def test_study_averages_recordings_that_have_every_value(self):
+        def make_row(recording, value, f1):
+            return {"world": "cubicle", "recording": recording, "parameter": "prior", "value": value,
+                    "f1": f1, "relaxed_f1": f1, "iou": f1, "num_objects": 10}
+        rows = [make_row("a", "uniform", 0.8), make_row("a", "marginal", 0.4),
+                make_row("b", "uniform", 0.6), make_row("b", "marginal", 0.2),
+                make_row("stopped early", "uniform", 0.1)]
+        text = study.make_report(rows, "command")
+        self.assertIn("| uniform (default) | 0.700 | 0.700 | 0.700 | 10.0 |", text)
+        self.assertIn("| marginal | 0.300 |", text)
+        self.assertIn("Means over 2 recordings.", text)
+        self.assertNotIn("## alpha", text)
+
     def test_damaged_result_is_named(self):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "clio.result.json")
@@ -197,21 +221,64 @@ class Benchmark(unittest.TestCase):
     def test_smoke_suite_makes_the_table_and_a_second_run_makes_nothing_anew(self):
         with tempfile.TemporaryDirectory() as folder:
             command = [os.path.join(SOURCE, "scripts", "benchmark"), "--output", folder, "--suite",
-                       "smoke", "--methods", "clio", "khronos_task"]
+                       "smoke", "--methods", "clio", "clio_batch", "khronos_task"]
             done = run(*command)
             self.assertEqual(done.returncode, 0, done.stdout)
             with open(os.path.join(folder, "report.md"), encoding="utf-8") as file:
                 text = file.read()
             self.assertRegex(text, r"\| clio \| [0-9.]+ ")
+            self.assertRegex(text, r"\| clio_batch \| [0-9.]+ ")
             self.assertRegex(text, r"\| khronos_task \| [0-9.]+ ")
             found = results.load_all(folder)
-            self.assertEqual(len(found), 2)
+            self.assertEqual([row["method"] for row in found], ["clio", "clio_batch", "khronos_task"])
             self.assertGreater(found[0]["scores"]["paper"]["num_objects"], 0)
             self.assertIn("regions", found[0]["scores"])
             self.assertGreater(found[0]["scores"]["classes"]["mean_accuracy"], 0.1)
+            self.check_goals(found[0]["scores"]["goals"])
+            self.assertIn("## Going to things", text)
             again = run(*command)
             self.assertEqual(again.returncode, 0, again.stdout)
             self.assertNotIn("strict F1", again.stdout)
+
+    def check_goals(self, goals):
+        """In the first seconds of a walk most things are not seen, but some are gone to."""
+        self.assertEqual(len(goals["tasks"]), goals["num_tasks"] + goals["num_unreachable"])
+        self.assertGreater(goals["num_tasks"], 10)
+        self.assertGreater(goals["success"], 0.0)
+        self.assertLessEqual(goals["success"], min(goals["right"], goals["path"], goals["free"]))
+        self.assertLessEqual(goals["spl"], goals["success"])
+        for row in goals["tasks"]:
+            if row["is_right"] and row["is_free"] and row["is_reachable"]:
+                self.assertGreater(row["path_m"], 0.8 * row["shortest_m"] - 0.5, row)
+
+    def test_study_makes_curves_and_a_second_run_makes_nothing_anew(self):
+        with tempfile.TemporaryDirectory() as folder:
+            command = [os.path.join(SOURCE, "scripts", "benchmark"), "--output", folder, "--suite",
+                       "smoke", "--study", "--parameters", "alpha", "min_observations"]
+            done = run(*command)
+            self.assertEqual(done.returncode, 0, done.stdout)
+            with open(os.path.join(folder, "study.json"), encoding="utf-8") as file:
+                rows = json.load(file)["rows"]
+            values = {p.name: p.values for p in study.PARAMETERS}
+            alpha = {row["value"]: row for row in rows if row["parameter"] == "alpha"}
+            self.assertEqual(sorted(alpha), values["alpha"])
+            self.assertGreater(alpha[0.23]["f1"], 0.0)
+            # What is left lies above alpha, and more observations leave fewer tracks.
+            self.assertGreaterEqual(alpha[0.17]["num_objects"], alpha[0.28]["num_objects"])
+            seen = {row["value"]: row for row in rows if row["parameter"] == "min_observations"}
+            self.assertEqual(sorted(seen), values["min_observations"])
+            self.assertGreater(seen[1]["num_objects"], seen[5]["num_objects"])
+            with open(os.path.join(folder, "study.md"), encoding="utf-8") as file:
+                self.assertRegex(file.read(), r"\| 0.23 \(default\) \| 0\.[0-9]+ ")
+            again = run(*command)
+            self.assertEqual(again.returncode, 0, again.stdout)
+            self.assertNotIn("strict F1", again.stdout)
+
+    def test_unknown_parameter_is_refused_with_the_known_ones(self):
+        done = run(os.path.join(SOURCE, "scripts", "benchmark"), "--study", "--parameters", "luck")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("'luck'", done.stdout)
+        self.assertIn("top_k", done.stdout)
 
     def test_worlds_have_two_lists_and_maps_without_tasks_are_made_once(self):
         with tempfile.TemporaryDirectory() as folder:
