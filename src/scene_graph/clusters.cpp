@@ -75,7 +75,7 @@ Region describeRegion(const std::vector<const Place*>& members,
   Eigen::Index size = scorer.dimension();
   for (const Place* place : members) {
     region.places.push_back(place->id);
-    if (!hasDirection(place->embedding)) continue;
+    if (!place->embedding.hasDirection()) continue;
     if (size == 0) size = place->embedding.size();
     if (place->embedding.size() == size) embedding.add(place->embedding);
   }

@@ -59,7 +59,9 @@ PlaceFeatures::Looked PlaceFeatures::lookAt(const PlaceGraphPtr& graph, Eigen::I
       has_other[i] = 0;
     } else if (embedding.size() > 0) {
       const bool is_valid = embedding.size() == size && embedding->allFinite();
-      now.own[i] = !is_valid ? Own::kRejected : hasDirection(embedding) ? Own::kUsable : Own::kNone;
+      now.own[i] = !is_valid                  ? Own::kRejected
+                   : embedding.hasDirection() ? Own::kUsable
+                                              : Own::kNone;
     }
     if (has_other[i] != 0 || old->position_m != place.position_m ||
         old->clearance_m != place.clearance_m) {

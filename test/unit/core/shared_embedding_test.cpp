@@ -30,6 +30,16 @@ TEST(SharedEmbedding, SharesItsValuesWithItsCopies) {
   EXPECT_EQ(*copy, makeEmbedding(3, 4));
 }
 
+TEST(SharedEmbedding, HasADirectionIfItIsFiniteAndNotZero) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const float infinity = std::numeric_limits<float>::infinity();
+  EXPECT_TRUE(SharedEmbedding(makeEmbedding(0, 1e-30F)).hasDirection());
+  EXPECT_FALSE(SharedEmbedding().hasDirection());
+  EXPECT_FALSE(SharedEmbedding(makeEmbedding(0, 0)).hasDirection());
+  EXPECT_FALSE(SharedEmbedding(makeEmbedding(1, nan)).hasDirection());
+  EXPECT_FALSE(SharedEmbedding(makeEmbedding(1, infinity)).hasDirection());
+}
+
 TEST(SharedEmbedding, IsComparedBitForBit) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   EXPECT_TRUE(SharedEmbedding(makeEmbedding(1, 2)) == SharedEmbedding(makeEmbedding(1, 2)));
