@@ -92,6 +92,14 @@ struct OccupancyMap::Tree {
     passed.insert(ray.begin(), ray.end());
   }
 
+  /// False for a point outside the tree. OctoMap's own test turns any number into an int first.
+  bool findKey(const Eigen::Vector3d& point_m, octomap::OcTreeKey& key) const {
+    constexpr double kVoxels = 40000.0;  // in each direction; the tree has 32,768
+    const double farthest = kVoxels * octree.getResolution();
+    return (point_m.array().abs() < farthest).all() &&
+           octree.coordToKeyChecked(toPoint(point_m), key);
+  }
+
   octomap::OcTree octree;
   octomap::KeyRay ray;
   octomap::KeySet ends;      ///< voxels of readings in range
@@ -141,9 +149,8 @@ void OccupancyMap::addUnknown(const OccupancyMap& other, const Pose& T_this_othe
   for (const OccupancyVoxel& voxel : other.voxels()) {
     const Eigen::Vector3d center_m =
         (voxel.index.cast<double>().array() + 0.5) * config_.resolution_m;
-    const octomap::point3d here = toPoint(T_this_other * center_m);
     octomap::OcTreeKey key;
-    if (!octree.coordToKeyChecked(here, key) || octree.search(key) != nullptr) continue;
+    if (!tree_->findKey(T_this_other * center_m, key) || octree.search(key) != nullptr) continue;
     octree.setNodeValue(key, voxel.is_occupied ? octree.getProbHitLog() : octree.getProbMissLog(),
                         true);
   }
@@ -245,9 +252,7 @@ void OccupancyMap::addRay(const Eigen::Vector3d& origin_m, const Eigen::Vector3d
                 : end_m;
   octomap::OcTreeKey camera;
   octomap::OcTreeKey stop;
-  const bool is_inside = tree_->octree.coordToKeyChecked(toPoint(origin_m), camera) &&
-                         tree_->octree.coordToKeyChecked(toPoint(stop_m), stop);
-  if (!is_inside) {
+  if (!tree_->findKey(origin_m, camera) || !tree_->findKey(stop_m, stop)) {
     ++counters_.readings_out_of_tree;
     return;
   }
@@ -256,7 +261,7 @@ void OccupancyMap::addRay(const Eigen::Vector3d& origin_m, const Eigen::Vector3d
 
 Occupancy OccupancyMap::at(const Eigen::Vector3d& point_m) const {
   octomap::OcTreeKey key;
-  if (!tree_->octree.coordToKeyChecked(toPoint(point_m), key)) return Occupancy::kUnknown;
+  if (!tree_->findKey(point_m, key)) return Occupancy::kUnknown;
   return atVoxel(toIndex(key));
 }
 

@@ -75,7 +75,7 @@ void JsonObject::add(std::string key, JsonSpan value) {
   for (std::size_t k = index_.size(); k < fields_.size(); ++k) index_.emplace(fields_[k].key, k);
 }
 
-const JsonSpan* JsonObject::find(std::string_view key) const {
+const JsonSpan* JsonObject::find(std::string_view key) const& {
   const std::size_t i = findIndex(key);
   return i < fields_.size() ? &fields_[i].value : nullptr;
 }

@@ -34,8 +34,9 @@ struct JsonField {
 class JsonObject {
  public:
   void add(std::string key, JsonSpan value);
-  /// Null if there is none.
-  const JsonSpan* find(std::string_view key) const;
+  /// Null if there is none. Points into this object.
+  const JsonSpan* find(std::string_view key) const&;
+  const JsonSpan* find(std::string_view key) const&& = delete;
   const std::vector<JsonField>& fields() const { return fields_; }
 
  private:

@@ -155,7 +155,8 @@ void SceneGraphFile::Content::readEdges(JsonSpan list) {
     const JsonObject fields = json->readObject(texts[i]);
     const JsonSpan* info = fields.find("info");
     if (!has_metadata && info != nullptr && json->isObject(*info)) {
-      has_metadata = json->readObject(*info).find("metadata") != nullptr;
+      const JsonObject attributes = json->readObject(*info);
+      has_metadata = attributes.find("metadata") != nullptr;
     }
     const JsonSpan* source = fields.find("source");
     const JsonSpan* target = fields.find("target");

@@ -24,7 +24,8 @@ std::vector<Cluster> sortClusters(std::vector<Cluster> clusters) {
 FeatureForm readFeatureForm(const JsonText& json, const JsonObject& attributes) {
   const JsonSpan feature = *attributes.find("semantic_feature");
   if (json.isArray(feature)) return FeatureForm::kList;
-  const JsonSpan* rows = json.readObject(feature).find("rows");
+  const JsonObject matrix = json.readObject(feature);
+  const JsonSpan* rows = matrix.find("rows");
   return rows != nullptr && json.readUnsigned(*rows) == 1U ? FeatureForm::kRow
                                                            : FeatureForm::kColumn;
 }
