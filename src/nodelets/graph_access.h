@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <sensor_msgs/PointCloud2.h>
+
+#include <cstdint>
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -21,6 +25,9 @@ struct GraphAccess {
   std::function<void(const Job&)> run;
   /// Full names of the services of this name that the stages before this one have.
   std::function<std::vector<std::string>(const std::string& name)> upstream_services;
+  /// The mesh's vertices, given the object of each primitive; null where a stage before this one
+  /// has the mesh.
+  std::function<sensor_msgs::PointCloud2(const std::map<PrimitiveId, std::int32_t>&)> mesh_points{};
 };
 
 }  // namespace tsg::nodelets

@@ -4,12 +4,16 @@
 #include <task_scene_graph/SceneGraphTuningConfig.h>
 #include <yaml-cpp/yaml.h>
 
+#include <functional>
 #include <map>
+#include <memory>
 #include <string>
 
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/config/settings.h"
+#include "task_scene_graph/ros/reconfigure_server.h"
 #include "task_scene_graph/ros/scene_graph_markers.h"
+#include "task_scene_graph/ros/stage_report.h"
 #include "task_scene_graph/scene_graph/config.h"
 
 /// What dynamic_reconfigure may change of the scene graph stage.
@@ -78,6 +82,25 @@ inline TunedConfig fromTunables(const Tunables& tunables, TunedConfig base,
   config::validate(base.graph, where);
   config::validate(base.markers, where);
   return base;
+}
+
+using TunablesServer = ros_interface::ReconfigureServer<Tunables>;
+
+/// Serves them to dynamic_reconfigure's clients.
+/// @param handle   of the stage
+/// @param initial  what is in force; what cannot be tuned stays so
+/// @param accept   puts values in force that are within their ranges
+/// @param report   is told what was refused; must outlive the server
+inline std::unique_ptr<TunablesServer> serveTunables(
+    const ros::NodeHandle& handle, const TunedConfig& initial,
+    const std::function<void(const TunedConfig&)>& accept, ros_interface::StageReport& report) {
+  return std::make_unique<TunablesServer>(
+      handle, toTunables(initial),
+      TunablesServer::Callbacks{
+          [initial, accept, where = handle.getNamespace()](const Tunables& tunables) {
+            accept(fromTunables(tunables, initial, where));
+          },
+          [&report](const std::string& problem) { report.warn(problem, problem); }});
 }
 
 }  // namespace tsg::nodelets

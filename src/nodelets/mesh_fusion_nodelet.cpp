@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <task_scene_graph/GetMesh.h>
 #include <task_scene_graph/LoadMap.h>
 #include <task_scene_graph/SaveMapPart.h>
 
@@ -10,6 +11,7 @@
 
 #include "background_stage.h"
 #include "mesh_fusion_config.h"
+#include "mesh_points.h"
 #include "navigation_stage.h"
 #include "object_stage.h"
 #include "stage_nodelet.h"
@@ -19,9 +21,26 @@
 #include "task_scene_graph/ros/frame_matcher.h"
 #include "task_scene_graph/ros/message_conversions.h"
 #include "task_scene_graph/ros/rgbd_input.h"
-#include "task_scene_graph/ros/topic_watch.h"
 
 namespace tsg::nodelets {
+namespace {
+
+/// @throws std::runtime_error unless there is an object for each primitive.
+std::map<PrimitiveId, std::int32_t> pairObjects(const std::vector<std::uint64_t>& primitives,
+                                                const std::vector<std::int32_t>& objects) {
+  if (primitives.size() != objects.size()) {
+    throw std::runtime_error(
+        "primitives and objects differ in number: " + std::to_string(primitives.size()) + " and " +
+        std::to_string(objects.size()));
+  }
+  std::map<PrimitiveId, std::int32_t> object_of_primitive;
+  for (std::size_t i = 0; i < primitives.size(); ++i) {
+    object_of_primitive[PrimitiveId{primitives[i]}] = objects[i];
+  }
+  return object_of_primitive;
+}
+
+}  // namespace
 
 /// Every frame -> the background stage; segmented frames and tracks -> the object stage. Each has a
 /// thread, and objects are reconstructed on a pool of lower priority: none waits for another.
@@ -51,8 +70,7 @@ class MeshFusionNodelet : public StageNodelet {
   /// All but the primitives, which are returned. @throws as map::loadMap(); nothing has changed
   /// then.
   std::vector<ObjectPrimitivePtr> loadMap(const std::filesystem::path& folder);
-  void noteObjects(const std::vector<std::uint64_t>& primitives,
-                   const std::vector<std::int32_t>& objects);
+  bool serveMesh(msg::GetMesh::Request& request, msg::GetMesh::Response& response);
   /// @throws std::runtime_error if there is nothing to be saved.
   Stamp requireFrames();
   /// Into a map folder all at once, else each file for itself.
@@ -68,15 +86,17 @@ class MeshFusionNodelet : public StageNodelet {
   ros::ServiceServer save_server_;
   ros::ServiceServer part_server_;
   ros::ServiceServer load_server_;
+  ros::ServiceServer mesh_server_;
   std::unique_ptr<NavigationStage> navigation_;  ///< outlives the stage that tells it of places
   std::unique_ptr<BackgroundStage> background_;
   std::unique_ptr<ObjectStage> objects_;
   ros_interface::EpochFollower segmentations_epoch_;
   std::unique_ptr<ros_interface::FrameMatcher> matcher_;
-  std::unique_ptr<ros_interface::TopicWatch> watch_;
   std::unique_ptr<ros_interface::RgbdInput> input_;
   ros::Subscriber segmentation_subscriber_;
   ros::Subscriber tracks_subscriber_;
+  std::size_t segmentation_topic_ = 0;  ///< their numbers among those that are watched
+  std::size_t tracks_topic_ = 0;
 };
 
 MeshFusionNodelet::~MeshFusionNodelet() {
@@ -84,6 +104,7 @@ MeshFusionNodelet::~MeshFusionNodelet() {
   save_server_.shutdown();
   part_server_.shutdown();
   load_server_.shutdown();
+  mesh_server_.shutdown();
   if (background_ == nullptr || objects_ == nullptr) return;
   tracks_subscriber_.shutdown();
   segmentation_subscriber_.shutdown();
@@ -138,6 +159,7 @@ void MeshFusionNodelet::startStages() {
   part_server_ =
       serviceHandle().advertiseService("save_map_part", &MeshFusionNodelet::savePart, this);
   load_server_ = serviceHandle().advertiseService("load_map", &MeshFusionNodelet::serveLoad, this);
+  mesh_server_ = serviceHandle().advertiseService("get_mesh", &MeshFusionNodelet::serveMesh, this);
 }
 
 void MeshFusionNodelet::subscribe() {
@@ -152,10 +174,10 @@ void MeshFusionNodelet::subscribe() {
                                               &MeshFusionNodelet::onSegmentation, this);
   tracks_subscriber_ =  // no bound: none may drop
       handle.subscribe("tracks", 0, &MeshFusionNodelet::onTracks, this);
-  watch_ = std::make_unique<ros_interface::TopicWatch>(report(), config_.input.patience_s);
-  watch_->add(segmentation_subscriber_, config_.input.segmentation_topic,
-              "task_scene_graph/Segmentation");
-  watch_->add(tracks_subscriber_, "tracks");
+  ros_interface::TopicWatch& watch = input_->watch();
+  segmentation_topic_ = watch.add(segmentation_subscriber_, config_.input.segmentation_topic,
+                                  "task_scene_graph/Segmentation");
+  tracks_topic_ = watch.add(tracks_subscriber_, "tracks");
 }
 
 void MeshFusionNodelet::onFrame(const RgbdFramePtr& frame) {
@@ -166,7 +188,7 @@ void MeshFusionNodelet::onFrame(const RgbdFramePtr& frame) {
 }
 
 void MeshFusionNodelet::onSegmentation(const msg::SegmentationConstPtr& message) {
-  watch_->noteMessage(0);
+  input_->watch().noteMessage(segmentation_topic_);
   try {
     const SegmentationPtr segmentation =
         ros_interface::fromMessage(message, segmentation_subscriber_.getTopic());
@@ -178,7 +200,7 @@ void MeshFusionNodelet::onSegmentation(const msg::SegmentationConstPtr& message)
 }
 
 void MeshFusionNodelet::onTracks(const msg::TracksConstPtr& message) {
-  watch_->noteMessage(1);
+  input_->watch().noteMessage(tracks_topic_);
   objects_->addTracks(message);
 }
 
@@ -196,7 +218,6 @@ void MeshFusionNodelet::handMatch(const std::optional<Match>& match) {
 
 void MeshFusionNodelet::check() {
   input_->check();
-  watch_->check();
   background_->check();
   objects_->check();
   report().set("frames that wait for a segmentation", std::to_string(matcher_->numFrames()));
@@ -247,7 +268,7 @@ bool MeshFusionNodelet::savePart(msg::SaveMapPartRequest& request,
   const ros_interface::FlushGuard guard;
   try {
     const Stamp newest = requireFrames();
-    noteObjects(request.primitives, request.objects);
+    object_of_primitive_ = pairObjects(request.primitives, request.objects);
     for (const auto& file : writePart(request.folder, map::BackgroundFiles::kAll)) {
       response.files.push_back(file.name);
       response.contents.push_back(file.content);
@@ -266,17 +287,18 @@ Stamp MeshFusionNodelet::requireFrames() {
   return newest;
 }
 
-void MeshFusionNodelet::noteObjects(const std::vector<std::uint64_t>& primitives,
-                                    const std::vector<std::int32_t>& objects) {
-  if (primitives.size() != objects.size()) {
-    throw std::runtime_error(
-        "primitives and objects differ in number: " + std::to_string(primitives.size()) + " and " +
-        std::to_string(objects.size()));
+bool MeshFusionNodelet::serveMesh(msg::GetMesh::Request& request,
+                                  msg::GetMesh::Response& response) {
+  try {
+    requireFrames();
+    map::Map map = background_->makeMap();
+    map.addPrimitives(objects_->primitives());
+    response.points = makeMeshPoints(map, pairObjects(request.primitives, request.objects));
+    response.success = 1;
+  } catch (const std::exception& e) {
+    response.message = e.what();
   }
-  object_of_primitive_.clear();
-  for (std::size_t i = 0; i < primitives.size(); ++i) {
-    object_of_primitive_[PrimitiveId{primitives[i]}] = objects[i];
-  }
+  return true;
 }
 
 std::vector<WrittenFile> MeshFusionNodelet::writeFiles(const std::filesystem::path& folder) {

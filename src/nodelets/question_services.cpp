@@ -16,7 +16,6 @@
 #include "task_scene_graph/ros/object_conversions.h"
 #include "task_scene_graph/ros/question_conversions.h"
 #include "task_scene_graph/ros/question_markers.h"
-#include "task_scene_graph/scene_graph/questions.h"
 
 namespace tsg::nodelets {
 namespace {
@@ -130,11 +129,15 @@ QuestionServices::QuestionServices(ros::NodeHandle& services, GraphAccess access
                                    std::shared_ptr<language::WordEncoder> encoder)
     : access_(std::move(access)),
       encoder_(std::move(encoder)),
-      markers_(services.advertise<visualization_msgs::MarkerArray>("question_markers", 1, true)) {
+      markers_(services.advertise<visualization_msgs::MarkerArray>(
+          "question_markers", 1,
+          [this](const ros::SingleSubscriberPublisher&) { publishMarkers(); },
+          ros::SubscriberStatusCallback(), ros::VoidConstPtr(), true)) {
   servers_.push_back(services.advertiseService("ask", &QuestionServices::serveAsk, this));
   servers_.push_back(services.advertiseService("explain", &QuestionServices::serveExplain, this));
   servers_.push_back(
       services.advertiseService("get_object", &QuestionServices::serveGetObject, this));
+  servers_.push_back(services.advertiseService("get_mesh", &QuestionServices::serveGetMesh, this));
   servers_.push_back(
       services.advertiseService("grasp_pixel", &QuestionServices::serveGraspPixel, this));
 }
@@ -174,12 +177,21 @@ void QuestionServices::answer(const msg::AskRequest& request, msg::AskResponse& 
   if (graph == nullptr) throw std::runtime_error("there is no map yet");
   const std::uint32_t max_answers =
       request.max_answers == 0 ? kDefaultAnswers : request.max_answers;
-  const scene_graph::Answers answers = scene_graph::answerQuestion(*graph, question, max_answers);
+  scene_graph::QuestionScores scores = scene_graph::scoreQuestion(*graph, question);
+  const scene_graph::Answers answers = scene_graph::answerQuestion(*graph, scores, max_answers);
   response = ros_interface::toMessage(answers, *graph, request.with_thumbnails != 0);
   response.message = (request.words.empty() ? std::string() : "'" + request.words + "': ") +
                      scene_graph::describeAnswers(answers, *graph);
   response.success = 1;
-  markers_.publish(ros_interface::makeQuestionMarkers(*graph, question, request.words));
+  asked_ = Asked{graph, std::move(scores), request.words};
+  if (markers_.getNumSubscribers() > 0) publishMarkers();
+}
+
+void QuestionServices::publishMarkers() {
+  if (!asked_) return;
+  markers_.publish(
+      ros_interface::makeQuestionMarkers(*asked_->graph, asked_->scores, asked_->words));
+  asked_.reset();
 }
 
 bool QuestionServices::serveAsk(msg::AskRequest& request, msg::AskResponse& response) {
@@ -239,6 +251,30 @@ bool QuestionServices::serveGetObject(msg::GetObject::Request& request,
   } catch (const std::exception& e) {
     response = msg::GetObject::Response();
     response.message = std::string("no object: ") + e.what();
+  }
+  return true;
+}
+
+bool QuestionServices::serveGetMesh(msg::GetMesh::Request&, msg::GetMesh::Response& response) {
+  try {
+    const scene_graph::SceneGraphPtr graph = access_.graph();
+    if (graph == nullptr) throw std::runtime_error("there is no map yet");
+    const auto object_of_primitive = scene_graph::computeObjectOfPrimitives(*graph);
+    if (access_.mesh_points) {
+      response.points = access_.mesh_points(object_of_primitive);
+    } else {
+      msg::GetMesh::Request labelled;
+      for (const auto& [primitive, object] : object_of_primitive) {
+        labelled.primitives.push_back(primitive.value);
+        labelled.objects.push_back(object);
+      }
+      response =
+          callUpstream<msg::GetMesh>(access_, "get_mesh", labelled, "mesh_fusion has the mesh");
+    }
+    response.success = 1;
+  } catch (const std::exception& e) {
+    response = msg::GetMesh::Response();
+    response.message = std::string("no mesh: ") + e.what();
   }
   return true;
 }

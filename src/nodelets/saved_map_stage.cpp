@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "saved_map_stage.h"
 
+#include "mesh_points.h"
 #include "task_scene_graph/map/files.h"
 #include "task_scene_graph/map/settings.h"
 #include "task_scene_graph/ros/settings_conversions.h"
@@ -20,7 +21,7 @@ SavedMapStage::SavedMapStage(ros::NodeHandle& handle, const map::Map& map,
                              const std::filesystem::path& folder,
                              std::shared_ptr<language::WordEncoder> encoder,
                              ros_interface::StageReport& report)
-    : report_(report),
+    : map_(map),
       stage_(handle, "scene_graph"),
       builder_(map.settings().scene_graph, map.worldFrame()),
       tuned_{map.settings().scene_graph,
@@ -37,7 +38,8 @@ SavedMapStage::SavedMapStage(ros::NodeHandle& handle, const map::Map& map,
   if (!poses.empty()) navigation_.setCamera(poses.rbegin()->second.translation());
   stage_.setCallbackQueue(&queue_);
   startServices(encoder);
-  startTunables();
+  tunables_ = serveTunables(
+      stage_, tuned_, [this](const TunedConfig& config) { tune(config); }, report);
   publish();
   publishSettings();
   spinner_.start();
@@ -55,22 +57,17 @@ void SavedMapStage::startServices(const std::shared_ptr<language::WordEncoder>& 
                              job(builder_);
                              publish();
                            },
-                           [](const std::string&) { return std::vector<std::string>(); }};
+                           [](const std::string&) { return std::vector<std::string>(); },
+                           [this](const std::map<PrimitiveId, std::int32_t>& object_of_primitive) {
+                             return makeMeshPoints(map_, object_of_primitive);
+                           }};
   tasks_ = std::make_unique<TaskServices>(stage_, stage_, access, encoder, TaskServices::Files{});
   questions_ = std::make_unique<QuestionServices>(stage_, access, encoder);
 }
 
-void SavedMapStage::startTunables() {
-  tunables_ = std::make_unique<ros_interface::ReconfigureServer<Tunables>>(
-      stage_, toTunables(tuned_),
-      ros_interface::ReconfigureServer<Tunables>::Callbacks{
-          [this](const Tunables& tunables) { tune(tunables); },
-          [this](const std::string& problem) { report_.warn(problem, problem); }});
-}
-
-void SavedMapStage::tune(const Tunables& tunables) {
+void SavedMapStage::tune(const TunedConfig& config) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  tuned_ = fromTunables(tunables, tuned_, stage_.getNamespace());
+  tuned_ = config;
   builder_.setConfig(tuned_.graph);
   publisher_.setMarkerConfig(tuned_.markers, tasks_->numbers());
   publish();

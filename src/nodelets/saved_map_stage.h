@@ -15,7 +15,6 @@
 #include "question_services.h"
 #include "task_scene_graph/language/word_encoder.h"
 #include "task_scene_graph/map/map.h"
-#include "task_scene_graph/ros/reconfigure_server.h"
 #include "task_scene_graph/ros/scene_graph_publisher.h"
 #include "task_scene_graph/ros/stage_report.h"
 #include "task_services.h"
@@ -37,13 +36,12 @@ class SavedMapStage {
 
  private:
   void startServices(const std::shared_ptr<language::WordEncoder>& encoder);
-  void startTunables();
-  void tune(const Tunables& tunables);
+  void tune(const TunedConfig& config);
   scene_graph::SceneGraphPtr graph();
   void publish();          ///< with the lock held
   void publishSettings();  ///< likewise
 
-  ros_interface::StageReport& report_;
+  const map::Map map_;  ///< as it was loaded: its mesh
   ros::NodeHandle stage_;
   ros::CallbackQueue queue_;  ///< of the services, in a thread of their own
   std::mutex mutex_;          ///< guards the four below
@@ -55,7 +53,7 @@ class SavedMapStage {
   NavigationStage navigation_;
   std::unique_ptr<TaskServices> tasks_;
   std::unique_ptr<QuestionServices> questions_;
-  std::unique_ptr<ros_interface::ReconfigureServer<Tunables>> tunables_;
+  std::unique_ptr<TunablesServer> tunables_;
   ros::AsyncSpinner spinner_;
 };
 

@@ -14,7 +14,6 @@
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/message_conversions.h"
 #include "task_scene_graph/ros/rgbd_input.h"
-#include "task_scene_graph/ros/topic_watch.h"
 #include "task_scene_graph/ros/worker.h"
 #include "task_scene_graph/tracking/tracker.h"
 #include "tracker_config.h"
@@ -73,11 +72,11 @@ class TrackerNodelet : public StageNodelet {
   ros_interface::Arrivals segmentations_;
   ros::Publisher publisher_;
   std::unique_ptr<ros_interface::FrameMatcher> matcher_;
-  std::unique_ptr<ros_interface::TopicWatch> watch_;
   std::unique_ptr<GraspServices> grasp_;
   std::unique_ptr<ros_interface::Worker<Job>> worker_;
   std::unique_ptr<ros_interface::RgbdInput> input_;
   ros::Subscriber subscriber_;
+  std::size_t segmentation_topic_ = 0;  ///< its number among those that are watched
 };
 
 void TrackerNodelet::start() {
@@ -96,8 +95,8 @@ void TrackerNodelet::start() {
                                           [this] { onJumpBack(); }});
   subscriber_ = getNodeHandle().subscribe(config_.input.segmentation_topic, 100,
                                           &TrackerNodelet::onSegmentation, this);
-  watch_ = std::make_unique<ros_interface::TopicWatch>(report(), config_.input.patience_s);
-  watch_->add(subscriber_, config_.input.segmentation_topic, "task_scene_graph/Segmentation");
+  segmentation_topic_ = input_->watch().add(subscriber_, config_.input.segmentation_topic,
+                                            "task_scene_graph/Segmentation");
 }
 
 void TrackerNodelet::onFrame(RgbdFramePtr frame) {
@@ -113,7 +112,7 @@ void TrackerNodelet::onJumpBack() {
 }
 
 void TrackerNodelet::onSegmentation(const msg::SegmentationConstPtr& message) {
-  watch_->noteMessage(0);
+  input_->watch().noteMessage(segmentation_topic_);
   try {
     auto segmentation = ros_interface::fromMessage(message, subscriber_.getTopic());
     const std::uint32_t epoch = segmentations_epoch_.follow(message->epoch, segmentation->stamp);
@@ -245,7 +244,6 @@ void TrackerNodelet::startAnew() {
 
 void TrackerNodelet::check() {
   input_->check();
-  watch_->check();
   checkIdle();
   report().set("frames that wait for a segmentation", std::to_string(matcher_->numFrames()));
   report().set("segmentations without a frame",

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <stdexcept>
 
 namespace tsg::ros_interface {
 namespace {
@@ -33,18 +34,9 @@ void writePoint(const Eigen::Vector3f& p_m, const std::array<std::uint8_t, 3>& r
   std::memcpy(point + kLabelOffset, &label, sizeof(label));
 }
 
-bool isChosen(const std::string& task, const std::vector<std::string>& tasks) {
-  return std::any_of(tasks.begin(), tasks.end(),
-                     [&](const std::string& chosen) { return chosen == "*" || chosen == task; });
-}
-
-}  // namespace
-
-sensor_msgs::PointCloud2 toPointCloud(const std::vector<ObjectPrimitivePtr>& primitives,
-                                      const std::string& frame) {
+/// Of points that are still all zeros.
+sensor_msgs::PointCloud2 makeCloud(std::size_t count, const std::string& frame) {
   using Field = sensor_msgs::PointField;
-  std::size_t count = 0;
-  for (const auto& primitive : primitives) count += primitive->mesh.vertices.size();
   sensor_msgs::PointCloud2 cloud;
   cloud.header.frame_id = frame;
   cloud.height = 1;
@@ -56,6 +48,21 @@ sensor_msgs::PointCloud2 toPointCloud(const std::vector<ObjectPrimitivePtr>& pri
   cloud.row_step = kPointBytes * cloud.width;
   cloud.is_dense = 1;
   cloud.data.assign(count * kPointBytes, 0);
+  return cloud;
+}
+
+bool isChosen(const std::string& task, const std::vector<std::string>& tasks) {
+  return std::any_of(tasks.begin(), tasks.end(),
+                     [&](const std::string& chosen) { return chosen == "*" || chosen == task; });
+}
+
+}  // namespace
+
+sensor_msgs::PointCloud2 toPointCloud(const std::vector<ObjectPrimitivePtr>& primitives,
+                                      const std::string& frame) {
+  std::size_t count = 0;
+  for (const auto& primitive : primitives) count += primitive->mesh.vertices.size();
+  sensor_msgs::PointCloud2 cloud = makeCloud(count, frame);
   std::uint8_t* next = cloud.data.data();
   for (const auto& primitive : primitives) {
     const auto label = static_cast<std::uint32_t>(primitive->id.value);
@@ -63,6 +70,20 @@ sensor_msgs::PointCloud2 toPointCloud(const std::vector<ObjectPrimitivePtr>& pri
       writePoint(primitive->mesh.vertices[i], primitive->mesh.colors[i], label, next);
       next += kPointBytes;
     }
+  }
+  return cloud;
+}
+
+sensor_msgs::PointCloud2 toPointCloud(const Mesh& mesh, const std::vector<std::int32_t>& labels,
+                                      const std::string& frame) {
+  if (labels.size() != mesh.vertices.size()) {
+    throw std::invalid_argument(std::to_string(labels.size()) + " labels, expected " +
+                                std::to_string(mesh.vertices.size()) + " as there are vertices");
+  }
+  sensor_msgs::PointCloud2 cloud = makeCloud(labels.size(), frame);
+  std::uint8_t* next = cloud.data.data();
+  for (std::size_t i = 0; i < labels.size(); ++i, next += kPointBytes) {
+    writePoint(mesh.vertices[i], mesh.colors[i], static_cast<std::uint32_t>(labels[i]), next);
   }
   return cloud;
 }

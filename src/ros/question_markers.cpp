@@ -2,6 +2,7 @@
 #include "task_scene_graph/ros/question_markers.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <set>
 #include <sstream>
@@ -10,7 +11,6 @@
 
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/marker_colors.h"
-#include "task_scene_graph/scene_graph/scoring.h"
 
 namespace tsg::ros_interface {
 namespace {
@@ -48,32 +48,33 @@ void sortByScore(std::vector<Scored>& things) {
   });
 }
 
-std::vector<Scored> scoreObjects(const scene_graph::SceneGraph& graph, const Embedding& question) {
+std::vector<Scored> listObjects(const scene_graph::SceneGraph& graph,
+                                const std::vector<double>& scores) {
   std::vector<Scored> things;
-  for (const auto& object : graph.objects) {
-    if (!scene_graph::hasDirection(object.embedding)) continue;
+  for (std::size_t i = 0; i < scores.size(); ++i) {
+    const auto& object = graph.objects[i];
+    if (std::isnan(scores[i])) continue;
     things.push_back(
-        {object.id.value, computeCosine(object.embedding, question),
+        {object.id.value, scores[i],
          object.oriented_box.isEmpty() ? tsg::toOrientedBox(object.box) : object.oriented_box});
   }
   return things;
 }
 
-/// Of primitives that are part of no object.
-std::vector<Scored> scorePrimitives(const scene_graph::SceneGraph& graph,
-                                    const Embedding& question) {
+/// Primitives that are part of no object, best first.
+std::vector<Scored> listPrimitives(const scene_graph::SceneGraph& graph,
+                                   const std::vector<double>& scores) {
   std::set<PrimitiveId> members;
   for (const auto& object : graph.objects) {
     members.insert(object.primitives.begin(), object.primitives.end());
   }
   std::vector<Scored> things;
-  for (const auto& primitive : graph.primitives) {
-    if (members.count(primitive->id) > 0 || !scene_graph::hasDirection(primitive->embedding)) {
-      continue;
-    }
-    things.push_back({primitive->id.value, computeCosine(primitive->embedding, question),
-                      primitive->oriented_box});
+  for (std::size_t i = 0; i < scores.size(); ++i) {
+    const ObjectPrimitive& primitive = *graph.primitives[i];
+    if (std::isnan(scores[i]) || members.count(primitive.id) > 0) continue;
+    things.push_back({primitive.id.value, scores[i], primitive.oriented_box});
   }
+  sortByScore(things);
   return things;
 }
 
@@ -173,11 +174,11 @@ void addLegend(const std::vector<Scored>& objects, const std::vector<Scored>& pr
 
 }  // namespace
 
-MarkerArray makeQuestionMarkers(const scene_graph::SceneGraph& graph, const Embedding& question,
+MarkerArray makeQuestionMarkers(const scene_graph::SceneGraph& graph,
+                                const scene_graph::QuestionScores& scores,
                                 const std::string& asked) {
-  const std::vector<Scored> objects = scoreObjects(graph, question);
-  std::vector<Scored> primitives = scorePrimitives(graph, question);
-  sortByScore(primitives);
+  const std::vector<Scored> objects = listObjects(graph, scores.objects);
+  const std::vector<Scored> primitives = listPrimitives(graph, scores.primitives);
   Range range;
   range.add(objects);
   range.add(primitives);

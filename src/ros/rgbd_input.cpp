@@ -16,7 +16,6 @@
 #include "task_scene_graph/ros/input_plausibility_report.h"
 #include "task_scene_graph/ros/pose_source.h"
 #include "task_scene_graph/ros/pose_waiter.h"
-#include "task_scene_graph/ros/topic_watch.h"
 #include "task_scene_graph/ros/transform_feed.h"
 #include "task_scene_graph/ros/transform_history.h"
 
@@ -50,6 +49,7 @@ class RgbdInput::Implementation {
                  const std::optional<plausibility::PlausibilityConfig>& plausibility);
   ~Implementation();
 
+  TopicWatch& watch() { return watch_; }
   void check();
   void flush();
   std::string cameraFrame() const;
@@ -274,6 +274,7 @@ RgbdInput::RgbdInput(const ::ros::NodeHandle& handle, const InputConfig& config,
 RgbdInput::~RgbdInput() = default;
 void RgbdInput::check() { implementation_->check(); }
 void RgbdInput::flush() { implementation_->flush(); }
+TopicWatch& RgbdInput::watch() { return implementation_->watch(); }
 std::string RgbdInput::cameraFrame() const { return implementation_->cameraFrame(); }
 
 }  // namespace tsg::ros_interface

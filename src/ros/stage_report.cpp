@@ -14,7 +14,6 @@ namespace tsg::ros_interface {
 namespace {
 
 constexpr std::size_t kMaxDurations = 1000;
-constexpr auto kLogInterval = std::chrono::seconds(10);
 
 }  // namespace
 
@@ -147,17 +146,10 @@ void StageReport::fillDurations(diagnostic_updater::DiagnosticStatusWrapper& sta
 }
 
 void StageReport::logLocked(const std::string& key, const std::string& problem) {
-  const auto now = std::chrono::steady_clock::now();
-  const auto [entry, is_first] = throttles_.try_emplace(key);
-  Throttle& throttle = entry->second;
-  if (!is_first && now - throttle.last_logged < kLogInterval) {
-    ++throttle.suppressed;
-    return;
-  }
-  const std::string more =
-      throttle.suppressed == 0 ? "" : " (and " + std::to_string(throttle.suppressed) + " more)";
+  const auto unsaid = throttle_.admit(key, problem, std::chrono::steady_clock::now());
+  if (!unsaid) return;
+  const std::string more = *unsaid == 0 ? "" : " (and " + std::to_string(*unsaid) + " more)";
   ROS_WARN_STREAM("[" << name_ << "] " << problem << more);
-  throttle = {now, 0};
 }
 
 }  // namespace tsg::ros_interface

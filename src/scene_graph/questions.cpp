@@ -2,6 +2,8 @@
 #include "task_scene_graph/scene_graph/questions.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <map>
 #include <sstream>
 #include <stdexcept>
@@ -19,6 +21,33 @@ struct Candidate {
   double score = 0.0;
 };
 
+template <typename Thing>
+const Thing& getThing(const Thing& thing) {
+  return thing;
+}
+const ObjectPrimitive& getThing(const ObjectPrimitivePtr& primitive) { return *primitive; }
+
+/// @throws std::invalid_argument for embeddings of another size.
+template <typename Items>
+std::vector<double> computeScores(const Items& items, const Embedding& question) {
+  std::vector<double> scores;
+  scores.reserve(items.size());
+  for (const auto& item : items) {
+    const Embedding& embedding = getThing(item).embedding;
+    if (!hasDirection(embedding)) {
+      scores.push_back(std::numeric_limits<double>::quiet_NaN());
+      continue;
+    }
+    if (embedding.size() != question.size()) {
+      throw std::invalid_argument("question has an embedding of " +
+                                  std::to_string(question.size()) + " numbers, expected " +
+                                  std::to_string(embedding.size()) + " as those of the map have");
+    }
+    scores.push_back(computeCosine(embedding, question));
+  }
+  return scores;
+}
+
 /// By score, best first; one more than `max_answers`, for the margin of the last.
 std::vector<Candidate> keepBest(std::vector<Candidate> candidates, std::size_t max_answers) {
   const std::size_t count = std::min(candidates.size(), max_answers + 1);
@@ -32,8 +61,8 @@ std::vector<Candidate> keepBest(std::vector<Candidate> candidates, std::size_t m
 
 class Search {
  public:
-  Search(const SceneGraph& graph, const Embedding& question, std::size_t max_answers)
-      : graph_(graph), question_(question), max_answers_(max_answers) {
+  Search(const SceneGraph& graph, std::size_t max_answers)
+      : graph_(graph), max_answers_(max_answers) {
     const auto regions = computeRegionOfPlaces(graph);
     for (std::size_t i = 0; i < regions.size(); ++i) {
       region_of_place_[graph.places->places[i].id] = regions[i];
@@ -43,18 +72,13 @@ class Search {
     }
   }
 
-  /// @param items    of the graph
-  /// @param get      item of the list -> the thing itself
-  /// @param describe  fills in what is special to the kind
-  template <typename Items, typename Get, typename Describe>
-  std::vector<Answer> find(const Items& items, const Get& get, const Describe& describe) const {
+  /// @param items     of the graph
+  /// @param scores    of each
+  template <typename Items>
+  std::vector<Answer> find(const Items& items, const std::vector<double>& scores) const {
     std::vector<Candidate> candidates;
     for (std::size_t i = 0; i < items.size(); ++i) {
-      const auto& item = get(items[i]);
-      if (!hasDirection(item.embedding)) continue;
-      checkSize(item.embedding.size());
-      const Embedding& embedding = item.embedding;
-      candidates.push_back({i, item.id.value, computeCosine(embedding, question_)});
+      if (!std::isnan(scores[i])) candidates.push_back({i, getThing(items[i]).id.value, scores[i]});
     }
     candidates = keepBest(std::move(candidates), max_answers_);
     std::vector<Answer> answers;
@@ -63,7 +87,7 @@ class Search {
       answer.id = candidates[i].id;
       answer.score = candidates[i].score;
       if (i + 1 < candidates.size()) answer.margin = answer.score - candidates[i + 1].score;
-      describe(get(items[candidates[i].index]), answer);
+      describe(getThing(items[candidates[i].index]), answer);
       answers.push_back(std::move(answer));
     }
     return answers;
@@ -99,13 +123,6 @@ class Search {
   }
 
  private:
-  void checkSize(Eigen::Index size) const {
-    if (size == question_.size()) return;
-    throw std::invalid_argument("question has an embedding of " + std::to_string(question_.size()) +
-                                " numbers, expected " + std::to_string(size) +
-                                " as those of the map have");
-  }
-
   /// O(places): asked for a few answers only.
   PlaceId findNearestPlace(const Eigen::Vector3d& p_m) const {
     const auto& places = graph_.places->places;
@@ -123,7 +140,6 @@ class Search {
   }
 
   const SceneGraph& graph_;
-  const Embedding& question_;
   std::size_t max_answers_;
   std::map<PlaceId, RegionId> region_of_place_;
   std::map<PrimitiveId, ObjectId> object_of_primitive_;
@@ -190,20 +206,26 @@ std::string describeAnswers(const Answers& answers, const SceneGraph& graph) {
          formatScore(alpha);
 }
 
-Answers answerQuestion(const SceneGraph& graph, const Embedding& question,
-                       std::size_t max_answers) {
+QuestionScores scoreQuestion(const SceneGraph& graph, const Embedding& question) {
   if (!hasDirection(question)) {
     throw std::invalid_argument("question has an embedding of " + std::to_string(question.size()) +
                                 " numbers without a direction, expected finite ones, not all 0");
   }
-  const Search search(graph, question, max_answers);
-  const auto itself = [](const auto& item) -> const auto& { return item; };
-  const auto pointee = [](const auto& item) -> const auto& { return *item; };
-  const auto describe = [&](const auto& item, Answer& answer) { search.describe(item, answer); };
-  return {search.find(graph.objects, itself, describe),
-          search.find(graph.primitives, pointee, describe),
-          search.find(graph.places->places, itself, describe),
-          search.find(graph.regions, itself, describe)};
+  return {computeScores(graph.objects, question), computeScores(graph.primitives, question),
+          computeScores(graph.places->places, question), computeScores(graph.regions, question)};
+}
+
+Answers answerQuestion(const SceneGraph& graph, const QuestionScores& scores,
+                       std::size_t max_answers) {
+  const Search search(graph, max_answers);
+  return {
+      search.find(graph.objects, scores.objects), search.find(graph.primitives, scores.primitives),
+      search.find(graph.places->places, scores.places), search.find(graph.regions, scores.regions)};
+}
+
+Answers answerQuestion(const SceneGraph& graph, const Embedding& question,
+                       std::size_t max_answers) {
+  return answerQuestion(graph, scoreQuestion(graph, question), max_answers);
 }
 
 }  // namespace tsg::scene_graph

@@ -5,6 +5,7 @@
 #include <nav_msgs/Path.h>
 #include <octomap/OcTree.h>
 #include <std_srvs/Trigger.h>
+#include <task_scene_graph/GetMesh.h>
 #include <task_scene_graph/PlanPath.h>
 #include <visualization_msgs/MarkerArray.h>
 #include <yaml-cpp/yaml.h>
@@ -158,6 +159,26 @@ TEST_F(Chain, VerticesOfTheMeshNameTheObjectsOfTheGraph) {
     EXPECT_GT(computeIoU(labelled, box), 0.7) << object.task;
     EXPECT_TRUE((labelled.min().array() > box.min().array() - 0.1).all()) << object.task;
     EXPECT_TRUE((labelled.max().array() < box.max().array() + 0.1).all()) << object.task;
+  }
+}
+
+TEST_F(Chain, TheMeshIsGivenAsPointsForPclThatNameTheirObjects) {
+  msg::GetMesh call;
+  ASSERT_TRUE(ros::service::call("/scene_graph/get_mesh", call));
+  ASSERT_TRUE(call.response.success) << call.response.message;
+  const sensor_msgs::PointCloud2& points = call.response.points;
+  EXPECT_EQ(points.header.frame_id, "world");
+  ASSERT_EQ(points.fields.back().name, "label");
+  const auto vertices = readPlyVertices(outputPath("mesh.ply"));
+  ASSERT_EQ(points.width, vertices.size());
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    const std::uint8_t* point = points.data.data() + i * points.point_step;
+    Eigen::Vector3f position;
+    std::uint32_t label = 0;
+    std::memcpy(position.data(), point, 12);
+    std::memcpy(&label, point + points.fields.back().offset, 4);
+    ASSERT_EQ(position, vertices[i].first) << i;
+    ASSERT_EQ(label, static_cast<std::uint32_t>(vertices[i].second)) << i;
   }
 }
 

@@ -2,8 +2,10 @@
 // What a robot's programs ask of the scene graph while it grows: other tasks, questions, reasons.
 #include <gtest/gtest.h>
 #include <std_srvs/Trigger.h>
+#include <task_scene_graph/GetMesh.h>
 #include <task_scene_graph/GetObject.h>
 #include <tf2_msgs/TFMessage.h>
+#include <visualization_msgs/MarkerArray.h>
 
 #include <algorithm>
 #include <cmath>
@@ -286,6 +288,32 @@ TEST_F(Interface, QuestionsFindAlsoWhatServesNoTask) {
   EXPECT_TRUE(mug.objects[0].thumbnail.data.empty());
 }
 
+TEST_F(Interface, TheScoresOfTheLastQuestionAreShownAlsoToWhoComesLater) {
+  ASSERT_NO_FATAL_FAILURE(publishMap());
+  const auto isBest = [](int primitive, const visualization_msgs::MarkerArray& array) {
+    return std::any_of(array.markers.begin(), array.markers.end(), [&](const auto& marker) {
+      return marker.ns == "question_primitives" && marker.id == primitive &&
+             marker.color.r == 1.0F && marker.color.b == 0.0F;
+    });
+  };
+  const auto awaitBest = [&](int primitive, const Recorder<visualization_msgs::MarkerArray>& got) {
+    return waitUntil([&] {
+      const auto all = got.messages();
+      return !all.empty() && isBest(primitive, *all.back());
+    });
+  };
+  ASSERT_TRUE(ask("", makeTask("", 2).embedding).success);  // the plate: nobody looks
+  ASSERT_TRUE(ask("", makeTask("", 3).embedding).success);
+  {
+    const Recorder<visualization_msgs::MarkerArray> late("/scene_graph/question_markers");
+    EXPECT_TRUE(awaitBest(5, late));  // the spoon
+    ASSERT_TRUE(ask("", makeTask("", 2).embedding).success);
+    EXPECT_TRUE(awaitBest(4, late));
+  }
+  const Recorder<visualization_msgs::MarkerArray> later("/scene_graph/question_markers");
+  EXPECT_TRUE(awaitBest(4, later));
+}
+
 TEST_F(Interface, QuestionsThatAreNoneAreRefused) {
   EXPECT_FALSE(ask("", {}).success);
   ASSERT_NO_FATAL_FAILURE(publishMap());
@@ -319,6 +347,14 @@ TEST_F(Interface, AnObjectIsGivenAsPointsForPcl) {
   EXPECT_EQ(spoon.points.width, 3U);
   EXPECT_FALSE(get(msg::GetObject::Request::OBJECT, 99).success);
   expectContains(get(msg::GetObject::Request::PRIMITIVE, 99).message, "no primitive 99");
+}
+
+TEST_F(Interface, TheMeshOfAStageAloneIsRefusedWithTheReason) {
+  ASSERT_NO_FATAL_FAILURE(publishMap());
+  msg::GetMesh call;
+  ASSERT_TRUE(ros::service::call("/scene_graph/get_mesh", call));
+  EXPECT_FALSE(call.response.success);
+  expectContains(call.response.message, "mesh_fusion has the mesh: none of the stages");
 }
 
 TEST_F(Interface, ObjectsOfChosenTasksHaveFrames) {

@@ -158,6 +158,19 @@ class RobotInterface(unittest.TestCase):
         self.assertIn("no task 'pen'", done.stdout)
 
 
+class SharedTopics(unittest.TestCase):
+    def test_a_topic_that_two_robots_send_on_is_named(self):
+        with tempfile.TemporaryDirectory() as temporary:
+            session = Session(os.path.realpath(temporary))
+            self.addCleanup(session.close)
+            tracker = session.start(["rosrun", "task_scene_graph", "tracker_node", "_input/patience_s:=0.5"], "tracker")
+            for number in range(2):
+                session.start(["rostopic", "pub", "-r", "1", "/segmentation", "task_scene_graph/Segmentation", "{}"],
+                              "segmenter_%d" % number)
+            wait_until(lambda: "2 publishers send on /segmentation, expected one" in tracker.output(),
+                       "a word on the second publisher")
+
+
 PATHS = """
 import rospy
 from task_scene_graph_client import SceneGraphClient, SceneGraphError

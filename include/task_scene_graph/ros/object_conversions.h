@@ -4,6 +4,7 @@
 #include <sensor_msgs/PointCloud2.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,10 @@ namespace tsg::ros_interface {
 /// pcl::fromROSMsg() reads them; `label` is the primitive's id. Without a stamp. O(vertices).
 /// @param frame  that the meshes are in
 sensor_msgs::PointCloud2 toPointCloud(const std::vector<ObjectPrimitivePtr>& primitives,
+                                      const std::string& frame);
+/// The vertices of a mesh, in the same layout. @param labels  of each vertex. O(vertices).
+/// @throws std::invalid_argument unless there is one for each.
+sensor_msgs::PointCloud2 toPointCloud(const Mesh& mesh, const std::vector<std::int32_t>& labels,
                                       const std::string& frame);
 
 /// A frame for each object of these tasks, "object_<id>", at the centre of its oriented box and

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <string>
 
+#include "task_scene_graph/scene_graph/questions.h"
 #include "task_scene_graph/scene_graph/scene_graph.h"
 
 namespace tsg::ros_interface {
@@ -18,11 +19,11 @@ constexpr std::size_t kNumQuestionLabels = 5;
 /// namespaces question_objects (boxes), question_primitives (boxes of the kMaxQuestionBoxes best
 /// that are part of no object), question_others (a dot for each other primitive), question_labels
 /// (scores of the kNumQuestionLabels best) and question_legend (what was asked, and what blue and
-/// red mean). First all of the question before is deleted. O(n log n + n D).
-/// @param question  size D, as in scene_graph::answerQuestion(), which has checked it
-/// @param asked     words, for the legend; empty: asked otherwise
+/// red mean). First all of the question before is deleted. O(n log n).
+/// @param scores  of the same graph
+/// @param asked   words, for the legend; empty: asked otherwise
 visualization_msgs::MarkerArray makeQuestionMarkers(const scene_graph::SceneGraph& graph,
-                                                    const Embedding& question,
+                                                    const scene_graph::QuestionScores& scores,
                                                     const std::string& asked);
 
 }  // namespace tsg::ros_interface

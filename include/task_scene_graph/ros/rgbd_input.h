@@ -12,6 +12,7 @@
 #include "task_scene_graph/plausibility/input_plausibility.h"
 #include "task_scene_graph/ros/input_config.h"
 #include "task_scene_graph/ros/stage_report.h"
+#include "task_scene_graph/ros/topic_watch.h"
 
 namespace tsg::ros_interface {
 
@@ -47,6 +48,9 @@ class RgbdInput {
   void check();
   /// Hands on everything that waits for a partner, as if no image would follow. From any thread.
   void flush();
+  /// Where other topics of the same stage are watched, so that all of it speaks in one line; of the
+  /// subscribers' queue. check() looks at them, too.
+  TopicWatch& watch();
   /// Frame id of the newest colour image's camera.
   std::string cameraFrame() const;
 

@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "task_scene_graph/ros/log_throttle.h"
+
 namespace tsg::ros_interface {
 
 /// What a stage did so far: counters for /diagnostics, and problems for the log. All functions may
@@ -21,8 +23,8 @@ class StageReport {
 
   void countInput();
   void countProcessed(double duration_ms);
-  /// `problem`, if given, is logged as a warning, at most once in ten seconds for each reason (the
-  /// first at once), and shown in diagnostics.
+  /// `problem`, if given, is logged as a warning, as often as LogThrottle says for its reason, and
+  /// shown in diagnostics.
   void countDropped(const std::string& reason, const std::string& problem = "",
                     std::uint64_t count = 1);
   /// `is_shared`: the stage reads the pixels of the message itself; else it made a copy.
@@ -51,10 +53,6 @@ class StageReport {
  private:
   static constexpr std::chrono::seconds kPatience{10};
 
-  struct Throttle {
-    std::chrono::steady_clock::time_point last_logged;
-    std::uint64_t suppressed = 0;
-  };
   bool isAllDropped() const;
   void logLocked(const std::string& key, const std::string& problem);
   void fillDurations(diagnostic_updater::DiagnosticStatusWrapper& status) const;
@@ -70,7 +68,7 @@ class StageReport {
   std::map<std::string, std::string> lines_;
   std::map<std::string, std::string> findings_;
   std::set<std::string> logged_findings_;
-  std::map<std::string, Throttle> throttles_;
+  LogThrottle throttle_;
   std::vector<double> durations_ms_;  ///< ring of the newest kMaxDurations
   std::string newest_problem_;
   std::uint64_t dropped_since_processed_ = 0;

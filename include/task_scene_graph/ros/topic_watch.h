@@ -11,7 +11,8 @@
 
 namespace tsg::ros_interface {
 
-/// Says by name which topics have been silent since the start. Not thread-safe: to be used from the
+/// Says by name which topics have been silent since the start, and which several publishers send
+/// on, as robots do that share one. Not thread-safe: to be used from the
 /// callbacks of one queue.
 class TopicWatch {
  public:
@@ -37,7 +38,9 @@ class TopicWatch {
     std::string name_in_code;
     std::string type;
     std::uint64_t num_messages = 0;
+    int num_crowded_checks = 0;  ///< in a row with several publishers
   };
+  void warnOfSeveralPublishers();
   std::string describeSilence(const Topic& topic) const;
 
   StageReport& report_;

@@ -35,12 +35,28 @@ struct Answers {
   std::vector<Answer> regions;
 };
 
-/// Compares a question with everything in a graph by cosine. Things without an embedding are in no
-/// answer; what serves no task is.
-/// @param question     size D, a direction
-/// @param max_answers  of each kind
+/// Cosines of a question to everything in a graph, in the order of the graph's lists; NaN for
+/// things without an embedding.
+struct QuestionScores {
+  std::vector<double> objects;
+  std::vector<double> primitives;
+  std::vector<double> places;
+  std::vector<double> regions;
+};
+
+/// Compares a question with everything in a graph by cosine.
+/// @param question  size D, a direction
 /// @throws std::invalid_argument if the question is zero or not finite, or its size is not that of
 /// the graph's embeddings (names both). O((primitives + objects + places + regions) D).
+QuestionScores scoreQuestion(const SceneGraph& graph, const Embedding& question);
+
+/// What fits best. Things without an embedding are in no answer; what serves no task is.
+/// @param scores       of the same graph
+/// @param max_answers  of each kind
+/// O(primitives + objects + places + regions).
+Answers answerQuestion(const SceneGraph& graph, const QuestionScores& scores,
+                       std::size_t max_answers);
+/// The same for a question that is asked once. @throws and costs what scoreQuestion() does.
 Answers answerQuestion(const SceneGraph& graph, const Embedding& question, std::size_t max_answers);
 
 /// True if something answers the question: the best object or primitive reaches object_alpha, or

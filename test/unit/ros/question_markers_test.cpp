@@ -34,6 +34,7 @@ Embedding directionOf(double cosine) {
 scene_graph::SceneGraph makeGraph(std::size_t count) {
   scene_graph::SceneGraph graph;
   graph.world_frame = "map";
+  graph.places = std::make_shared<PlaceGraph>();
   for (std::size_t i = 1; i <= count; ++i) {
     auto primitive = std::make_shared<ObjectPrimitive>();
     primitive->id = {i};
@@ -43,6 +44,7 @@ scene_graph::SceneGraph makeGraph(std::size_t count) {
     primitive->embedding = directionOf(x_m / static_cast<double>(count + 1));
     graph.primitives.push_back(primitive);
   }
+  if (count == 0) return graph;
   scene_graph::SceneObject object;
   object.id = {70};
   object.box = graph.primitives.front()->box;
@@ -53,8 +55,13 @@ scene_graph::SceneGraph makeGraph(std::size_t count) {
   return graph;
 }
 
+MarkerArray makeMarkers(const scene_graph::SceneGraph& graph, const std::string& asked) {
+  const auto scores = scene_graph::scoreQuestion(graph, Embedding::Unit(2, 0));
+  return makeQuestionMarkers(graph, scores, asked);
+}
+
 TEST(QuestionMarkers, TheBestIsRedAndTheLeastIsBlueAtTheirBoxes) {
-  const MarkerArray array = makeQuestionMarkers(makeGraph(3), Embedding::Unit(2, 0), "mug");
+  const MarkerArray array = makeMarkers(makeGraph(3), "mug");
   EXPECT_EQ(array.markers.front().action, Marker::DELETEALL);
   const auto objects = find(array, "question_objects");
   ASSERT_EQ(objects.size(), 1U);
@@ -73,7 +80,7 @@ TEST(QuestionMarkers, TheBestIsRedAndTheLeastIsBlueAtTheirBoxes) {
 }
 
 TEST(QuestionMarkers, TheLegendSaysWhatWasAskedAndWhatTheColoursMean) {
-  const MarkerArray array = makeQuestionMarkers(makeGraph(3), Embedding::Unit(2, 0), "mug");
+  const MarkerArray array = makeMarkers(makeGraph(3), "mug");
   const auto legend = find(array, "question_legend");
   ASSERT_EQ(legend.size(), 1U);
   EXPECT_EQ(legend[0].text, "'mug': blue 0.25, red 0.75");
@@ -86,7 +93,7 @@ TEST(QuestionMarkers, TheLegendSaysWhatWasAskedAndWhatTheColoursMean) {
 
 TEST(QuestionMarkers, WhatIsBeyondTheBestIsADot) {
   const std::size_t count = kMaxQuestionBoxes + 11;
-  const MarkerArray array = makeQuestionMarkers(makeGraph(count), Embedding::Unit(2, 0), "");
+  const MarkerArray array = makeMarkers(makeGraph(count), "");
   EXPECT_EQ(find(array, "question_primitives").size(), kMaxQuestionBoxes);
   const auto dots = find(array, "question_others");
   ASSERT_EQ(dots.size(), 1U);
@@ -97,7 +104,7 @@ TEST(QuestionMarkers, WhatIsBeyondTheBestIsADot) {
 }
 
 TEST(QuestionMarkers, OfNothingOnlyWhatWasThereIsDeleted) {
-  const MarkerArray array = makeQuestionMarkers({}, Embedding::Unit(2, 0), "mug");
+  const MarkerArray array = makeMarkers(makeGraph(0), "mug");
   ASSERT_EQ(array.markers.size(), 1U);
   EXPECT_EQ(array.markers[0].action, Marker::DELETEALL);
 }
