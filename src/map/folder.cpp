@@ -70,14 +70,16 @@ std::vector<std::string> listFiles(const fs::path& folder) {
   return names;
 }
 
-/// What processes that were killed have left. The lock is held, so none of them is at work here.
+/// What processes that were killed have left. The lock is held, so none of them is at work here;
+/// a stage that one of them had asked to write may be: what it still writes goes the next time.
 void removeUnfinished(const fs::path& folder) {
   std::vector<fs::path> unfinished;
   for (const auto& entry : fs::directory_iterator(folder)) {
     if (entry.path().filename().string().rfind(kWriting, 0) == 0)
       unfinished.push_back(entry.path());
   }
-  for (const auto& path : unfinished) fs::remove_all(path);
+  std::error_code ignored;
+  for (const auto& path : unfinished) fs::remove_all(path, ignored);
 }
 
 /// Of the map of before, as it lies in the folder itself; nothing if there is none that can be

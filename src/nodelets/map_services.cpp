@@ -5,13 +5,12 @@
 #include <ros/names.h>
 #include <ros/service.h>
 #include <task_scene_graph/SaveMapPart.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <stdexcept>
 #include <utility>
 
+#include "task_scene_graph/core/scratch_folder.h"
 #include "task_scene_graph/map/merge.h"
 #include "task_scene_graph/map/settings.h"
 #include "task_scene_graph/ros/geometry_conversions.h"
@@ -27,29 +26,6 @@ using scene_graph::SceneGraphBuilder;
 // Of save_map, and of what follows a map that was loaded.
 constexpr double kSaveTimeout_s = 60.0;
 constexpr double kSaveQuiet_s = 15.0;
-
-/// A folder of this process's own for as long as it lives.
-class ScratchFolder {
- public:
-  ScratchFolder() {
-    std::string name = (fs::temp_directory_path() / "task_scene_graph_XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) {
-      throw std::runtime_error("cannot make a folder in '" + fs::temp_directory_path().string() +
-                               "'");
-    }
-    path_ = name;
-  }
-  ~ScratchFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 /// Runs something at the end of its life, whatever happens.
 class AtEnd {
@@ -153,8 +129,12 @@ std::vector<WrittenFile> MapServices::write(const fs::path& folder, const map::M
 std::vector<WrittenFile> MapServices::writeBackground(const fs::path& folder, const map::Map& map,
                                                       bool is_end, FlushedStages& flushed) const {
   if (options_.upstream.empty()) return {};
-  const std::string service = ros::names::append(options_.upstream.back(), "save_map_part");
-  if (!ros::service::exists(service, false)) return {};
+  const std::string stage = options_.upstream.back();
+  const std::string service = ros::names::append(stage, "save_map_part");
+  if (!ros::service::exists(service, false)) {
+    if (callbacks_.knows(stage)) flushed.missing.push_back(stage + ": has ended; its files stay");
+    return {};
+  }
   msg::SaveMapPart call;
   call.request.folder = fs::absolute(folder).string();
   call.request.is_end = is_end ? 1 : 0;
@@ -164,7 +144,8 @@ std::vector<WrittenFile> MapServices::writeBackground(const fs::path& folder, co
     call.request.objects.push_back(object);
   }
   if (!ros::service::call(service, call) || call.response.success == 0) {
-    flushed.missing.push_back(service + ": " + call.response.message);
+    const std::string& why = call.response.message;
+    flushed.missing.push_back(service + ": " + (why.empty() ? "the call failed" : why));
     return {};
   }
   std::vector<WrittenFile> files;

@@ -36,6 +36,7 @@ class MapServices {
     /// Has the chain work off what it has, and says what is missing.
     std::function<ros_interface::FlushedStages(std::uint8_t, const ros_interface::Patience&)> flush;
     std::function<std::vector<config::StageSettings>()> settings;  ///< of all stages
+    std::function<bool(const std::string&)> knows;  ///< a stage that is there, or was
     std::function<void(const std::string&)> warn;
     std::function<std::string()> explainEmpty;  ///< why there is no map
     /// Waits for these messages of mesh_fusion: of primitives, of places. False if they stay away.

@@ -26,7 +26,6 @@
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/message_conversions.h"
 #include "task_scene_graph/ros/object_conversions.h"
-#include "task_scene_graph/ros/reconfigure_server.h"
 #include "task_scene_graph/ros/scene_graph_publisher.h"
 #include "task_scene_graph/ros/settings_follower.h"
 #include "task_scene_graph/ros/task_loader.h"
@@ -60,7 +59,6 @@ class SceneGraphNodelet : public StageNodelet {
   /// See GraphAccess.
   void runJob(const Job& job);
   void startTopics();
-  void startTunables();
   void check() override;
   /// Sends the frames of objects; tf forgets what is not repeated.
   void sendObjectFrames();
@@ -72,8 +70,7 @@ class SceneGraphNodelet : public StageNodelet {
 
   void onPrimitives(const msg::ObjectPrimitivesConstPtr& message);
   void onPlaces(const msg::PlaceGraphConstPtr& message);
-  /// @throws config::ConfigError for values out of range.
-  void onTunables(const Tunables& tunables);
+  void tune(const TunedConfig& config);
   void noteTuned(const TunedConfig& config);
   void process(const Job& job);
   void publish(const scene_graph::SceneGraphPtr& graph);
@@ -113,7 +110,7 @@ class SceneGraphNodelet : public StageNodelet {
   std::atomic<std::uint64_t> num_place_messages_{0};
   std::uint64_t num_noted_ = 0;  ///< of these, by `watch_`; of check()
   std::unique_ptr<ros_interface::Worker<Job>> worker_;
-  std::unique_ptr<ros_interface::ReconfigureServer<Tunables>> tunables_;
+  std::unique_ptr<TunablesServer> tunables_;
   std::unique_ptr<ros_interface::SettingsFollower> upstream_settings_;
   ros::Subscriber primitives_subscriber_;
   ros::Subscriber places_subscriber_;
@@ -205,6 +202,7 @@ void SceneGraphNodelet::startMapServices(const std::optional<map::LoadedMap>& lo
     stages.push_back(settings());
     return stages;
   };
+  callbacks.knows = [this](const std::string& stage) { return upstream_settings_->knows(stage); };
   callbacks.warn = [this](const std::string& line) { report().warn(line, line); };
   callbacks.explainEmpty = [this] { return explainEmpty(); };
   callbacks.waitFor = [this](std::uint64_t primitives, std::uint64_t places,
@@ -263,7 +261,9 @@ void SceneGraphNodelet::startTopics() {
     tf_publisher_ = handle.advertise<tf2_msgs::TFMessage>("/tf", 100);
   }
   startInterface();  // before the first message, which may come at once
-  startTunables();
+  tunables_ = serveTunables(
+      getPrivateNodeHandle(), {config_.scene_graph, config_.markers},
+      [this](const TunedConfig& config) { tune(config); }, report());
   // Debian 11's nodelet queue takes nothing before the nodelet has started: latched messages are
   // lost.
   ros::NodeHandle settings_handle(handle);
@@ -276,14 +276,6 @@ void SceneGraphNodelet::startTopics() {
   watch_ = std::make_unique<ros_interface::TopicWatch>(report(), config_.patience_s);
   watch_->add(places_subscriber_, "place_graph");
   worker_->pushOrder([](scene_graph::SceneGraphBuilder&) {});  // publishes the graph of now
-}
-
-void SceneGraphNodelet::startTunables() {
-  tunables_ = std::make_unique<ros_interface::ReconfigureServer<Tunables>>(
-      getPrivateNodeHandle(), toTunables({config_.scene_graph, config_.markers}),
-      ros_interface::ReconfigureServer<Tunables>::Callbacks{
-          [this](const Tunables& tunables) { onTunables(tunables); },
-          [this](const std::string& problem) { report().warn(problem, problem); }});
 }
 
 void SceneGraphNodelet::check() {
@@ -327,9 +319,7 @@ void SceneGraphNodelet::onPlaces(const msg::PlaceGraphConstPtr& message) {
   places_.note(message->sequence);
 }
 
-void SceneGraphNodelet::onTunables(const Tunables& tunables) {
-  const TunedConfig config =
-      fromTunables(tunables, {config_.scene_graph, config_.markers}, getName());
+void SceneGraphNodelet::tune(const TunedConfig& config) {
   noteTuned(config);
   worker_->pushOrder([this, config](scene_graph::SceneGraphBuilder& builder) {
     builder.setConfig(config.graph);
@@ -440,6 +430,10 @@ msg::FlushResponse SceneGraphNodelet::flush(const msg::FlushRequest& request,
 ros_interface::FlushedStages SceneGraphNodelet::flushChain(
     std::uint8_t mode, const ros_interface::Patience& patience) {
   ros_interface::FlushedStages flushed = ros_interface::flushStages(listUpstream(), mode, patience);
+  for (const auto& stage : flushed.absent) {
+    if (!upstream_settings_->knows(stage)) continue;  // a chain without it
+    flushed.missing.push_back(stage + ": has ended, and what it had with it");
+  }
   flushOwn(patience, flushed);
   return flushed;
 }

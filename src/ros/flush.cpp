@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 namespace tsg::ros_interface {
 namespace {
@@ -42,11 +43,14 @@ FlushedStages flushStages(const std::vector<std::string>& stages, std::uint8_t m
   FlushedStages result;
   for (const auto& stage : stages) {
     const std::string service = ::ros::names::append(stage, "flush");
-    if (!::ros::service::exists(service, false)) continue;
     msg::Flush call;
     call.request.mode = mode;
-    call.request.sequence = result.sequence;
-    call.request.place_sequence = result.place_sequence;
+    call.request.sequence = std::exchange(result.sequence, 0);
+    call.request.place_sequence = std::exchange(result.place_sequence, 0);
+    if (!::ros::service::exists(service, false)) {
+      result.absent.push_back(stage);
+      continue;
+    }
     call.request.timeout_s = secondsUntil(patience.deadline);
     call.request.quiet_s = std::chrono::duration<float>(patience.quiet).count();
     if (!::ros::service::call(service, call)) {

@@ -15,13 +15,14 @@ namespace tsg::ros_interface {
 struct FlushedStages {
   std::vector<std::string> contents;  ///< "tracker: 12 live tracks", one for each stage
   std::vector<std::string> missing;   ///< one line for each thing that is
+  std::vector<std::string> absent;    ///< stages that have no such service
   std::uint64_t sequence = 0;         ///< of the last stage's newest message
   std::uint64_t place_sequence = 0;
 };
 
 /// Calls the service `flush` of each stage, in order, telling each what the one before has
-/// published; a stage whose service does not exist is passed over. What remains of the deadline is
-/// each one's timeout.
+/// published; a stage whose service does not exist is passed over, and the next one waits for
+/// nothing. What remains of the deadline is each one's timeout.
 /// @param mode  of FlushRequest
 FlushedStages flushStages(const std::vector<std::string>& stages, std::uint8_t mode,
                           const Patience& patience);

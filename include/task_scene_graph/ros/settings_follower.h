@@ -23,9 +23,12 @@ class SettingsFollower {
 
   /// In the order of `stages`; a stage that is not there is left out.
   std::vector<config::StageSettings> settings() const;
+  /// Whether a stage is there, or was. @param stage  resolved name
+  bool knows(const std::string& stage) const;
 
  private:
-  mutable std::mutex mutex_;  ///< guards settings_
+  std::vector<std::string> stages_;  ///< resolved
+  mutable std::mutex mutex_;         ///< guards settings_
   std::map<std::size_t, config::StageSettings> settings_;
   std::vector<::ros::Subscriber> subscribers_;
 };
