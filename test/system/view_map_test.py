@@ -2,11 +2,12 @@
 """A saved map shown by view_map: what rviz, its panel and robot programs ask of a running chain, without one."""
 import json
 import pathlib
+import re
 import tempfile
 import unittest
 
 import yaml
-from ros_session import PROGRAMS, Session, wait_until
+from ros_session import PROGRAMS, SOURCE, Session, wait_until
 
 CHAIN = "/task_scene_graph"
 STAGE = CHAIN + "/scene_graph"
@@ -56,6 +57,16 @@ class ViewMap(unittest.TestCase):
         self.assertEqual({thing["id"]: thing["task"] for thing in shown},
                          {number: thing["task"] for number, thing in self.read_objects().items()})
 
+    def test_the_view_is_that_of_a_running_chain_but_for_the_camera_s_pictures(self):
+        shown, live = (yaml.safe_load((SOURCE / "rviz" / name).read_text()) for name in ("saved_map.rviz",
+                                                                                         "default.rviz"))
+        manager = live["Visualization Manager"]
+        manager["Displays"] = [one for one in manager["Displays"] if one["Class"] != "rviz/Image"]
+        for config, panels in ((live, ["Camera", "Segments", "QMainWindow State"]), (shown, ["QMainWindow State"])):
+            for name in panels:
+                del config["Window Geometry"][name]
+        self.assertEqual(shown, live)
+
     def test_the_way_of_the_camera_and_where_it_was_last_are_shown(self):
         markers = self.echo(CHAIN + "/camera_markers/markers")
         self.assertEqual({marker["ns"] for marker in markers}, {"", "trajectory", "camera_axes"})
@@ -93,6 +104,13 @@ class ViewMap(unittest.TestCase):
             done = self.session.run("rosrun", "dynamic_reconfigure", "dynparam", "set", STAGE, "object_alpha", value)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertEqual(float(alpha()), float(value))
+
+    def test_the_mesh_is_given_as_points_that_name_their_objects(self):
+        done = self.session.run("rosservice", "call", STAGE + "/get_mesh", "{}")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("success: True", done.stdout[:100])
+        vertices = re.search(rb"element vertex (\d+)", (self.map / "mesh.ply").read_bytes()).group(1).decode()
+        self.assertRegex(done.stdout, r"\n  width: %s\n" % vertices)
 
     def test_what_it_cannot_do_is_said(self):
         done = self.session.run("rosrun", "task_scene_graph", "ask", "coffee", "mug", "--stage", STAGE)
