@@ -4,9 +4,12 @@ reasons and pixels. Pose by pose against the simulator's own list of what stands
 import json
 import os
 import pathlib
+import re
 import sys
 import tempfile
 import unittest
+
+import yaml
 
 from ros_session import PROGRAMS, SOURCE, Session, wait_until
 
@@ -26,6 +29,7 @@ THERE = [
     ("find the printer", ["printer"], None), ("microwave", ["microwave oven"], None)]
 ABSENT = ["vacuum cleaner", "where is the football", "toolbox", "bicycle", "play the piano"]
 LEAST_RIGHT = 17
+MODELS = SOURCE / "models" / "demo" / "models.yaml"
 RATE = "0.5"  # so that busy cores segment about as many images as idle ones at the walk's own speed
 SLACK_M = 0.3  # a box of what was seen may be centred a little beside the thing
 
@@ -120,10 +124,11 @@ class DemoQuestions(unittest.TestCase):
     def walk(cls, bag):
         """As scripts/demo does."""
         stem = str(bag)[:-len(".bag")]
+        cls.place_tasks = stem + ".place_tasks.yaml"
         cls.chain = cls.session.start(
             ["roslaunch", "task_scene_graph", "task_scene_graph.launch", "use_sim_time:=true", "rviz:=false",
-             "models:=%s" % (SOURCE / "models/demo/models.yaml"), "config:=%s" % (SOURCE / "config/demo.yaml"),
-             "object_tasks:=%s.object_tasks.yaml" % stem, "place_tasks:=%s.place_tasks.yaml" % stem,
+             "models:=%s" % MODELS, "config:=%s" % (SOURCE / "config/demo.yaml"),
+             "object_tasks:=%s.object_tasks.yaml" % stem, "place_tasks:=%s" % cls.place_tasks,
              "output:=%s" % (bag.parent / "map")], "chain")
         save_map = "/task_scene_graph/scene_graph/save_map"
         wait_until(lambda: save_map in cls.session.run("rosservice", "list").stdout.split(), "the chain")
@@ -197,6 +202,56 @@ class DemoQuestions(unittest.TestCase):
                         for p, low, high in zip(end, thing["box_min_m"], thing["box_max_m"]))]
             self.assertTrue(near, (words, end, done.stdout))
         self.assertGreater(reached, 0)
+
+    def ask_offline(self, *arguments):
+        return self.session.run(PROGRAMS / "ask_map", "--map", pathlib.Path(self.session.folder) / "map", *arguments)
+
+    def find_offline(self, words):
+        """Kind, id and position of the object or primitive that fits best; None if none reaches alpha."""
+        done = self.ask_offline(*words.split())
+        self.assertIn(done.returncode, (0, 1), done.stderr)
+        if not re.search(r"(': |; )(object|primitive) \d+ ", done.stdout.splitlines()[0]):
+            return None
+        found = re.findall(r"^  (object|primitive) +(\d+)  score +([-0-9.]+)  \((.*?)\)", done.stdout, re.M)
+        kind, number, _, position = max(found, key=lambda thing: float(thing[2]))
+        return kind, number, [float(p) for p in position.split(", ")]
+
+    def test_the_saved_map_answers_the_same_questions_without_a_chain(self):
+        found = {words: self.find_offline(words) for words in [words for words, _, _ in THERE] + ABSENT}
+        right = [words for words, kinds, color in THERE if found[words] and self.is_right(found[words][2], kinds, color)]
+        print("offline: %d right of %d" % (len(right), len(THERE)), file=sys.stderr)
+        self.assertGreaterEqual(len(right), LEAST_RIGHT, found)
+        self.assertEqual([words for words in ABSENT if found[words]], [])
+        objects = [found[words][1] for words in right if found[words][0] == "object"]
+        self.assertGreater(len(objects), 5)
+        for number in objects:
+            self.assertIn("serves '", self.ask_offline("--explain", "object", number).stdout)
+
+    def test_other_tasks_in_words_give_the_objects_of_a_start_with_them(self):
+        """A second scene graph stage starts from the saved primitives with the tasks that the first one is given."""
+        others = ["coffee mug", "potted plant", "bed", "something to read", "teddy bear", "bicycle"]
+        folder = pathlib.Path(self.session.folder)
+        (folder / "others.yaml").write_text("".join("- %s\n" % name for name in others))
+        wait_until(lambda: "tracker: 0 live tracks" in self.session.run(
+            "rosservice", "call", "/task_scene_graph/scene_graph/save_map").stdout, "a map that changes no more")
+        live = self.list_objects("/task_scene_graph", ["--stage", "/task_scene_graph/scene_graph", "set", *others])
+        self.session.run("rosparam", "set", "/fresh/config_file", SOURCE / "config" / "demo.yaml")
+        fresh = self.session.start(
+            [PROGRAMS / "scene_graph_node", "__ns:=/fresh", "_map:=%s" % (folder / "map"), "_models:=%s" % MODELS,
+             "_object_tasks:=%s" % (folder / "others.yaml"), "_place_tasks:=%s" % self.place_tasks], "fresh")
+        self.assertEqual(self.list_objects("/fresh", ["--stage", "/fresh/scene_graph", "--timeout", "60"]), live,
+                         fresh.output())
+        self.assertGreater(len(live), 3)
+        done = self.session.run("rosrun", "task_scene_graph", "tasks", "reload")
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+    def list_objects(self, chain, tasks):
+        """Of the graph once the command is done: task and members of each object."""
+        done = self.session.run("rosrun", "task_scene_graph", "tasks", *tasks)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        shown = self.session.run("rostopic", "echo", "-n", "1", chain + "/scene_graph/objects")
+        return sorted((thing["task"], sorted(thing["primitives"]))
+                      for thing in yaml.safe_load(shown.stdout.split("\n---")[0]))
 
     def test_objects_are_explained(self):
         explained = [answer["explanation"] for answer in self.answers.values() if "explanation" in answer]
