@@ -90,6 +90,7 @@ if(benchmark_FOUND)
     add_dependencies(tests ${name})
   endforeach()
   target_link_libraries(messages_benchmark PRIVATE tsg_ros)
+  target_link_libraries(tuning_benchmark PRIVATE tsg_ros)
   target_link_libraries(trajectory_benchmark PRIVATE tsg_trajectory)
 endif()
 
