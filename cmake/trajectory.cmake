@@ -1,5 +1,4 @@
-# tsg_trajectory: keyframes, pose graphs, loop closures, and how a map follows a corrected trajectory. The
-# chain itself does not link it yet.
+# tsg_trajectory: keyframes, pose graphs, loop closures, and how a map follows a corrected trajectory.
 find_package(Ceres REQUIRED)
 file(GLOB TSG_TRAJECTORY_SOURCES CONFIGURE_DEPENDS src/trajectory/*.cpp)
 add_library(tsg_trajectory SHARED ${TSG_TRAJECTORY_SOURCES})

@@ -100,6 +100,20 @@ void FrameBuffer::update(const TrackedFrame& tracked) {
   }
 }
 
+void FrameBuffer::moveFrames(const std::function<Pose(Stamp)>& motion) {
+  for (auto& [stamp, entry] : entries_) {
+    const auto moved = std::make_shared<RgbdFrame>(*entry.images.frame);  // shares its pixels
+    moved->T_world_camera = motion(stamp) * moved->T_world_camera;
+    if (entry.images.segmentation == nullptr) {
+      entry.images.frame = moved;
+      continue;
+    }
+    // A copy, for a pointer to the one of before would keep its frame counted.
+    const auto same = std::make_shared<const Segmentation>(*entry.images.segmentation);
+    entry.images = countAlive({moved, same}, alive_);
+  }
+}
+
 SegmentedFrame FrameBuffer::find(Stamp stamp) const {
   const auto entry = entries_.find(stamp);
   return entry == entries_.end() ? SegmentedFrame{} : entry->second.images;

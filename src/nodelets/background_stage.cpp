@@ -6,6 +6,7 @@
 
 #include "mesh_fusion_report.h"
 #include "task_scene_graph/core/period.h"
+#include "task_scene_graph/trajectory/correct_map.h"
 
 namespace tsg::nodelets {
 namespace {
@@ -21,6 +22,29 @@ std::unique_ptr<OccupancyStage> makeOccupancyStage(ros::NodeHandle& handle,
                               options.octomap_period_s, options.queue_size,
                               options.max_queue_bytes},
       report);
+}
+
+std::vector<mapping::BlockMesh> load(const mapping::MeshTable& meshes) {
+  std::vector<mapping::BlockMesh> blocks;
+  for (const auto& block : meshes.blocks()) blocks.push_back({block, meshes.find(block).load()});
+  return blocks;
+}
+
+/// Of lists that ascend, in which a mesh that is the same has the same pointer.
+mapping::MeshUpdate findChanges(const std::vector<mapping::BlockMesh>& before,
+                                const std::vector<mapping::BlockMesh>& after) {
+  mapping::MeshUpdate update;
+  auto old = before.begin();
+  for (const mapping::BlockMesh& block : after) {
+    for (; old != before.end() && mapping::isBefore(old->block, block.block); ++old) {
+      update.removed.push_back(old->block);
+    }
+    const bool is_known = old != before.end() && old->block == block.block;
+    if (!is_known || old->mesh != block.mesh) update.changed.push_back(block);
+    if (is_known) ++old;
+  }
+  for (; old != before.end(); ++old) update.removed.push_back(old->block);
+  return update;
 }
 
 const char* describe(mapping::IntegrationStatus status) {
@@ -54,14 +78,28 @@ void BackgroundStage::addFrame(const RgbdFramePtr& frame) {
   camera_publisher_.add(frame->camera, frame->T_world_camera);
   auto share = budget_.reserve(ros_interface::countBytes(*frame));
   if (share == nullptr) return report_.countDropped("integration queue full (bytes)");
-  worker_.push({frame, std::move(share), num_resets_});
+  worker_.push({frame, std::move(share), num_resets_, nullptr});
 }
 
 void BackgroundStage::addView(const RgbdFramePtr& frame, const SegmentationPtr& segmentation) {
-  if (segmentation->image_embedding.size() > 0) places_.addView(frame, segmentation);
+  if (segmentation->image_embedding.size() == 0) return;
+  places_.addView(frame, segmentation, num_corrections_);
+}
+
+void BackgroundStage::correct(const MapCorrectionPtr& correction) {
+  ++num_corrections_;
+  worker_.pushOrder({nullptr, nullptr, num_resets_, correction});
 }
 
 void BackgroundStage::process(const Job& job) {
+  if (job.correction != nullptr) {
+    follow(job);
+  } else {
+    integrate(job);
+  }
+}
+
+void BackgroundStage::integrate(const Job& job) {
   try {
     const ros_interface::StageTimer timer;
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -85,6 +123,59 @@ void BackgroundStage::process(const Job& job) {
   } catch (const std::exception& e) {
     report_.countDropped("error", std::string("dropped a frame: ") + e.what());
   }
+}
+
+/// Only this thread changes volumes, so nobody has to wait while the new ones are made.
+void BackgroundStage::follow(const Job& job) {
+  const ros_interface::StageTimer timer;
+  bool is_done = false;
+  try {
+    mapping::MeshTable before;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (job.num_resets == num_resets_) {
+        if (newest_frame_ != Stamp{}) {
+          publishMesh(fusion_->surface.updateMesh());
+          requestPlaces();
+        }
+        before = fusion_->surface.meshes();
+      }
+    }
+    const auto old = load(before);
+    const auto moved = moveMeshes(old, *job.correction);
+    const mapping::MeshUpdate update = findChanges(old, moved);
+    auto fusion = std::make_unique<pipeline::BackgroundFusion>(options_.fusion);
+    fusion->surface.restore(moved);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (job.num_resets == num_resets_) {
+      exchange(std::move(fusion), update, *job.correction);
+      is_done = true;
+    }
+  } catch (const std::exception& e) {
+    report_.warn("correction", std::string("the mesh has not followed a correction: ") + e.what());
+  }
+  places_.correct(is_done ? job.correction : nullptr);
+  if (occupancy_ && is_done) occupancy_->correct(job.correction);
+  report_.set("corrections: frames waited for the last one [ms]",
+              std::to_string(timer.elapsedMs()));
+}
+
+std::vector<mapping::BlockMesh> BackgroundStage::moveMeshes(
+    const std::vector<mapping::BlockMesh>& blocks, const MapCorrection& correction) const {
+  trajectory::Deformation deformation = correction.makeDeformation();
+  return trajectory::moveMesh(blocks, options_.fusion.background.tsdf.voxel_size_m, deformation,
+                              correction.how.num_threads);
+}
+
+/// Precondition: mutex_ is held.
+void BackgroundStage::exchange(std::unique_ptr<pipeline::BackgroundFusion> fusion,
+                               const mapping::MeshUpdate& update, const MapCorrection& correction) {
+  fusion_ = std::move(fusion);
+  publishMesh(update);
+  trajectory_ =
+      trajectory::applyCorrection(correction.what.correction, correction.what.before, trajectory_);
+  camera_publisher_.restore(trajectory_);
+  last_mesh_ = last_places_ = std::nullopt;
 }
 
 void BackgroundStage::publishMesh(const mapping::MeshUpdate& update) {
@@ -182,9 +273,7 @@ map::Map BackgroundStage::makeMap() {
   const mapping::MeshTable meshes = fusion_->surface.meshes();
   map.setTrajectory(std::make_shared<const Trajectory>(trajectory_));
   lock.unlock();
-  std::vector<mapping::BlockMesh> blocks;
-  for (const auto& block : meshes.blocks()) blocks.push_back({block, meshes.find(block).load()});
-  map.setMesh(options_.fusion.background.tsdf.voxel_size_m, std::move(blocks));
+  map.setMesh(options_.fusion.background.tsdf.voxel_size_m, load(meshes));
   map.setPlaceMemory(places_.memory());
   if (occupancy_) map.setOccupancy(occupancy_->snapshot());
   return map;

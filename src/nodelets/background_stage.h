@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "map_correction.h"
 #include "occupancy_stage.h"
 #include "places_stage.h"
 #include "task_scene_graph/core/primitives.h"
@@ -53,6 +54,10 @@ class BackgroundStage {
 
   /// A frame to integrate. Never blocks for long.
   void addFrame(const RgbdFramePtr& frame);
+  /// Moves all that was given before: mesh, trajectory, places, occupancy map. Volumes begin anew,
+  /// as after restore(); what they showed stays where nothing is seen anew. Frames given meanwhile
+  /// wait; the old map can be read until the new one is there. Never blocks for long.
+  void correct(const MapCorrectionPtr& correction);
   /// The image embedding of a frame, for the places that it sees. Never blocks for long.
   void addView(const RgbdFramePtr& frame, const SegmentationPtr& segmentation);
 
@@ -90,9 +95,16 @@ class BackgroundStage {
     RgbdFramePtr frame;
     ros_interface::ByteBudget::Share share;
     std::uint64_t num_resets = 0;
+    MapCorrectionPtr correction;  ///< instead of a frame
   };
 
   void process(const Job& job);
+  void integrate(const Job& job);
+  void follow(const Job& job);
+  std::vector<mapping::BlockMesh> moveMeshes(const std::vector<mapping::BlockMesh>& blocks,
+                                             const MapCorrection& correction) const;
+  void exchange(std::unique_ptr<pipeline::BackgroundFusion> fusion,
+                const mapping::MeshUpdate& update, const MapCorrection& correction);
   void publishMesh(const mapping::MeshUpdate& update);
   void requestPlaces();
 
@@ -100,7 +112,8 @@ class BackgroundStage {
   ros_interface::StageReport& report_;
   ros_interface::LateSubscribers late_;
   ros_interface::ByteBudget budget_;
-  std::atomic<std::uint64_t> num_resets_{0};  ///< frames of before a reset are not integrated
+  std::atomic<std::uint64_t> num_resets_{0};       ///< frames of before a reset are not integrated
+  std::atomic<std::uint64_t> num_corrections_{0};  ///< given; views say which came before them
   /// Guards all below up to the publishers. Held while a frame is integrated and while changed
   /// blocks are meshed, both O(what the camera sees); never while anything is sent, written or
   /// waited for.

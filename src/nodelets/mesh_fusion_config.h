@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "common_config.h"
+#include "correction_config.h"
 #include "task_scene_graph/pipeline/background_fusion.h"
 #include "task_scene_graph/pipeline/object_fusion.h"
 #include "task_scene_graph/planning/planner_config.h"
@@ -19,6 +20,7 @@ struct MeshFusionNodeletConfig {
   pipeline::ObjectFusionConfig object_fusion;
   planning::PlannerConfig planner;
   ros_interface::InputConfig input;
+  CorrectionConfig corrections;
   std::filesystem::path output;
   std::filesystem::path map;
   double mesh_period_s = 1.0;
@@ -35,6 +37,7 @@ struct MeshFusionNodeletConfig {
     pipeline::ObjectFusionConfig::visit(self.object_fusion, v);
     v.group("planner", self.planner);
     v.group("input", self.input);
+    v.group("corrections", self.corrections);
     v.field("output", self.output, {}, "",
             "folder for mesh.ply, floor_*.pgm, map.bt and map.ot; empty = none");
     v.field("map", self.map, {}, "", "folder of a saved map to go on from; empty = none");

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "background_stage.h"
+#include "correction_stage.h"
 #include "mesh_fusion_config.h"
 #include "mesh_points.h"
 #include "navigation_stage.h"
@@ -53,6 +54,7 @@ class MeshFusionNodelet : public StageNodelet {
 
   void start() override;
   void startStages();
+  void startCorrections();
   void subscribe();
   void check() override;
   msg::FlushResponse flush(const msg::FlushRequest& request,
@@ -90,6 +92,7 @@ class MeshFusionNodelet : public StageNodelet {
   std::unique_ptr<NavigationStage> navigation_;  ///< outlives the stage that tells it of places
   std::unique_ptr<BackgroundStage> background_;
   std::unique_ptr<ObjectStage> objects_;
+  std::unique_ptr<CorrectionStage> corrections_;  ///< between the input and the stages above
   ros_interface::EpochFollower segmentations_epoch_;
   std::unique_ptr<ros_interface::FrameMatcher> matcher_;
   std::unique_ptr<ros_interface::RgbdInput> input_;
@@ -109,6 +112,7 @@ MeshFusionNodelet::~MeshFusionNodelet() {
   tracks_subscriber_.shutdown();
   segmentation_subscriber_.shutdown();
   input_.reset();
+  if (corrections_ != nullptr) corrections_->stop();
   background_->stop();
   objects_->stop();
   const Stamp newest = background_->newestFrame();
@@ -126,6 +130,7 @@ MeshFusionNodelet::~MeshFusionNodelet() {
 void MeshFusionNodelet::start() {
   config_ = loadConfig<MeshFusionNodeletConfig>();
   ros_interface::checkInputFiles(config_.input);
+  checkCorrections(config_.corrections);
   matcher_ =
       std::make_unique<ros_interface::FrameMatcher>(static_cast<std::size_t>(config_.frame_cache));
   startStages();
@@ -155,6 +160,7 @@ void MeshFusionNodelet::startStages() {
                          static_cast<std::size_t>(config_.object_queue_size),
                          config_.input.tf_timeout_s + 1.0},
       report());
+  startCorrections();
   save_server_ = serviceHandle().advertiseService("save_mesh", &MeshFusionNodelet::saveMesh, this);
   part_server_ =
       serviceHandle().advertiseService("save_map_part", &MeshFusionNodelet::savePart, this);
@@ -162,11 +168,25 @@ void MeshFusionNodelet::startStages() {
   mesh_server_ = serviceHandle().advertiseService("get_mesh", &MeshFusionNodelet::serveMesh, this);
 }
 
+void MeshFusionNodelet::startCorrections() {
+  CorrectionStage::Callbacks callbacks;
+  callbacks.apply = [this](const MapCorrectionPtr& correction) {
+    background_->correct(correction);
+    objects_->correct(correction);
+  };
+  callbacks.camera_frame = [this] { return input_ == nullptr ? "" : input_->cameraFrame(); };
+  corrections_ = std::make_unique<CorrectionStage>(
+      getNodeHandle(), CorrectionStage::Options{config_.corrections, config_.input.world_frame},
+      report(), callbacks);
+}
+
 void MeshFusionNodelet::subscribe() {
   ros::NodeHandle& handle = getNodeHandle();
+  ros_interface::InputConfig input = config_.input;
+  if (corrections_->isOn()) input.world_frame = config_.corrections.odometry_frame;
   const auto& tsdf = config_.background_fusion.background.tsdf;
   input_ = std::make_unique<ros_interface::RgbdInput>(
-      handle, config_.input, report(),
+      handle, input, report(),
       ros_interface::RgbdInput::Callbacks{[this](const RgbdFramePtr& frame) { onFrame(frame); },
                                           [this] { onJumpBack(); }},
       plausibility::PlausibilityConfig{tsdf.min_range_m, tsdf.max_range_m});
@@ -182,8 +202,10 @@ void MeshFusionNodelet::subscribe() {
 
 void MeshFusionNodelet::onFrame(const RgbdFramePtr& frame) {
   if (isPaused()) return;
-  navigation_->setCamera(frame->T_world_camera.translation());
-  background_->addFrame(frame);
+  corrections_->placeNew(frame, [this](const RgbdFramePtr& placed) {
+    navigation_->setCamera(placed->T_world_camera.translation());
+    background_->addFrame(placed);
+  });
   handMatch(matcher_->addFrame(frame));
 }
 
@@ -207,19 +229,23 @@ void MeshFusionNodelet::onTracks(const msg::TracksConstPtr& message) {
 void MeshFusionNodelet::onJumpBack() {
   segmentations_epoch_.startEpoch();
   matcher_->startEpoch(segmentations_epoch_.epoch());
+  corrections_->startEpoch();
   objects_->startEpoch();
 }
 
 void MeshFusionNodelet::handMatch(const std::optional<Match>& match) {
   if (!match) return;
-  background_->addView(match->frame, match->segmentation);
-  objects_->addFrame(match->frame, match->segmentation);
+  corrections_->placeAgain(match->frame, [&](const RgbdFramePtr& placed) {
+    background_->addView(placed, match->segmentation);
+    objects_->addFrame(placed, match->segmentation);
+  });
 }
 
 void MeshFusionNodelet::check() {
   input_->check();
   background_->check();
   objects_->check();
+  corrections_->check();
   report().set("frames that wait for a segmentation", std::to_string(matcher_->numFrames()));
 }
 
@@ -227,6 +253,7 @@ msg::FlushResponse MeshFusionNodelet::flush(const msg::FlushRequest& request,
                                             const ros_interface::Patience& patience) {
   msg::FlushResponse response;
   input_->flush();
+  corrections_->hold();
   objects_->flush(request, patience, response);
   for (const auto& line : background_->flush(patience)) response.missing.push_back(line);
   response.place_sequence = background_->placeSequence();
@@ -236,6 +263,7 @@ msg::FlushResponse MeshFusionNodelet::flush(const msg::FlushRequest& request,
 std::string MeshFusionNodelet::reset() {
   const std::size_t num_primitives = objects_->primitives().size();
   matcher_->clear();
+  corrections_->restart({});
   background_->reset();
   objects_->reset();
   navigation_->forgetCamera();
@@ -278,6 +306,7 @@ bool MeshFusionNodelet::savePart(msg::SaveMapPartRequest& request,
   } catch (const std::exception& e) {
     response.message = std::string("mesh not saved: ") + e.what();
   }
+  corrections_->release();
   return true;
 }
 
@@ -348,6 +377,7 @@ std::vector<ObjectPrimitivePtr> MeshFusionNodelet::loadMap(const std::filesystem
     loaded.map.setOccupancy(map::readOccupancy(folder, fusion.occupancy));
   }
   matcher_->clear();
+  corrections_->restart(*loaded.map.trajectory());
   background_->restore(loaded.map);
   return loaded.map.primitives();
 }

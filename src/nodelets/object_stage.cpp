@@ -7,6 +7,7 @@
 #include "mesh_fusion_report.h"
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/message_conversions.h"
+#include "task_scene_graph/trajectory/correct_map.h"
 
 namespace tsg::nodelets {
 namespace {
@@ -91,8 +92,8 @@ void ObjectStage::process(const Job& job) {
   }
 }
 
-void ObjectStage::publish(bool is_reset) {
-  const pipeline::ObjectUpdate update = fusion_.collect(false);
+void ObjectStage::publish(bool is_reset, bool wait) {
+  const pipeline::ObjectUpdate update = fusion_.collect(wait);
   if (update.primitives.empty() && update.withdrawn.empty() && !is_reset) return;
   store(update);
   const msg::ObjectPrimitivesPtr message =
@@ -220,10 +221,32 @@ void ObjectStage::restore(std::vector<ObjectPrimitivePtr> primitives) {
   });
 }
 
-void ObjectStage::send(const std::vector<ObjectPrimitivePtr>& primitives) {
+void ObjectStage::correct(const MapCorrectionPtr& correction) {
+  worker_.pushOrder([this, correction] { follow(*correction); });
+}
+
+void ObjectStage::follow(const MapCorrection& correction) {
+  const ros_interface::StageTimer timer;
+  publish(false, true);
+  fusion_.moveFrames([&](Stamp stamp) { return correction.motionAt(stamp); });
+  std::vector<ObjectPrimitivePtr> moved;
+  for (const ObjectPrimitivePtr& primitive : primitives()) {
+    moved.push_back(
+        trajectory::movePrimitive(primitive, correction.what.before, correction.what.correction));
+    if (moved.back() == primitive) moved.pop_back();
+  }
+  if (!moved.empty()) send(moved, true);  // as one: half a correction would tear objects apart
+  report_.set("corrections: duration of the last one of the objects [ms]",
+              std::to_string(timer.elapsedMs()));
+}
+
+void ObjectStage::send(const std::vector<ObjectPrimitivePtr>& primitives, bool are_moved) {
   store({primitives, {}});
   const msg::ObjectPrimitivesPtr message =
       ros_interface::toMessage(primitives, primitives.back()->last_seen, options_.world_frame);
+  for (std::size_t i = 0; are_moved && i < primitives.size(); ++i) {
+    message->withdrawn.push_back(primitives[i]->id.value);  // what is there anew replaces it
+  }
   message->epoch = epoch_.epoch();
   message->sequence = ++sequence_;
   publisher_.publish(message);

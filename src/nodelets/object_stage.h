@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "map_correction.h"
 #include "task_scene_graph/pipeline/object_fusion.h"
 #include "task_scene_graph/ros/arrivals.h"
 #include "task_scene_graph/ros/epoch.h"
@@ -45,6 +46,9 @@ class ObjectStage {
   void addFrame(const RgbdFramePtr& frame, const SegmentationPtr& segmentation);
   /// Waits for the frame that the tracker speaks of, if it is on its way.
   void addTracks(const msg::TracksConstPtr& message);
+  /// Moves all that was given before, after what is being reconstructed is done: primitives, which
+  /// are published anew with their ids, and the frames that live tracks need. Never blocks.
+  void correct(const MapCorrectionPtr& correction);
   /// Stamps have jumped back.
   void startEpoch();
 
@@ -86,8 +90,10 @@ class ObjectStage {
                      msg::FlushResponse& response);
   void waitForReconstruction(const ros_interface::Patience& patience, msg::FlushResponse& response);
   void process(const Job& job);
-  void publish(bool is_reset = false);
-  void send(const std::vector<ObjectPrimitivePtr>& primitives);
+  void publish(bool is_reset = false, bool wait = false);
+  void follow(const MapCorrection& correction);
+  /// @param are_moved  they take the place of those of their ids
+  void send(const std::vector<ObjectPrimitivePtr>& primitives, bool are_moved = false);
   void store(const pipeline::ObjectUpdate& update);
   void sendAll(ros_interface::PartSender& sender) const;
 

@@ -20,11 +20,30 @@ OccupancyStage::OccupancyStage(ros::NodeHandle& handle, ros_interface::LateSubsc
 void OccupancyStage::add(const RgbdFramePtr& frame) {
   auto share = budget_.reserve(ros_interface::countBytes(*frame));
   if (share == nullptr) return report_.countDropped("occupancy: queue full (bytes)");
-  worker_.push({frame, std::move(share), num_clears_});
+  worker_.push({frame, std::move(share), num_clears_, nullptr});
+}
+
+void OccupancyStage::correct(const MapCorrectionPtr& correction) {
+  worker_.pushOrder({nullptr, nullptr, num_clears_, correction});
+}
+
+void OccupancyStage::follow(const Job& job) {
+  const ros_interface::StageTimer timer;
+  const auto before = snapshot();  // only this thread and clear() change it
+  const trajectory::Deformation deformation = job.correction->makeDeformation();
+  mapping::OccupancyMap moved =
+      before->moved([&](const Eigen::Vector3d& p_m) { return deformation.motionAt(p_m); });
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (job.num_clears != num_clears_) return;
+  map_ = std::move(moved);
+  publisher_.replace(newest_);
+  report_.set("corrections: duration of the last one of the occupancy map [ms]",
+              std::to_string(timer.elapsedMs()));
 }
 
 void OccupancyStage::process(const Job& job) {
   try {
+    if (job.correction != nullptr) return follow(job);
     const std::lock_guard<std::mutex> lock(mutex_);
     if (job.num_clears != num_clears_) return;
     map_.integrate(*job.frame);

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "map_correction.h"
 #include "task_scene_graph/core/files.h"
 #include "task_scene_graph/mapping/occupancy_map.h"
 #include "task_scene_graph/ros/byte_budget.h"
@@ -41,6 +42,8 @@ class OccupancyStage {
 
   /// A frame whose depth is filtered. Never blocks for long.
   void add(const RgbdFramePtr& frame);
+  /// Moves the voxels of all frames given before, and tells subscribers. Never blocks for long.
+  void correct(const MapCorrectionPtr& correction);
   /// Waits until all is integrated, and publishes what is. False if the deadline passes first.
   bool flush(std::chrono::steady_clock::time_point deadline);
   /// Forgets the map and what waits, and tells subscribers.
@@ -57,9 +60,11 @@ class OccupancyStage {
     RgbdFramePtr frame;
     ros_interface::ByteBudget::Share share;
     std::uint64_t num_clears = 0;
+    MapCorrectionPtr correction;  ///< instead of a frame
   };
 
   void process(const Job& job);
+  void follow(const Job& job);
   void reportCounters();
 
   const Options options_;

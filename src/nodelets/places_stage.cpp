@@ -4,6 +4,7 @@
 #include <exception>
 #include <utility>
 
+#include "task_scene_graph/places/move_memory.h"
 #include "task_scene_graph/ros/message_conversions.h"
 #include "task_scene_graph/ros/messages.h"
 
@@ -35,23 +36,41 @@ void PlacesStage::update(mapping::TsdfVolume changed, const std::vector<places::
   changed_.notify_all();
 }
 
-void PlacesStage::addView(const RgbdFramePtr& frame, const SegmentationPtr& segmentation) {
+void PlacesStage::addView(const RgbdFramePtr& frame, const SegmentationPtr& segmentation,
+                          std::uint64_t num_corrections) {
   auto share = view_budget_.reserve(ros_interface::countBytes(*frame));
   if (share == nullptr) return report_.countDropped("view for places: queue full (bytes)");
   bool is_full = false;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    is_full = work_.views.size() >= options_.max_views;
-    if (is_full) work_.views.pop_front();
-    work_.views.push_back({frame, segmentation, std::move(share)});
+    std::deque<View>& views = num_corrections > num_corrections_ ? early_views_ : work_.views;
+    is_full = views.size() >= options_.max_views;
+    if (is_full) views.pop_front();
+    views.push_back({frame, segmentation, std::move(share), num_corrections});
   }
   if (is_full) report_.countDropped("view for places: queue full");
   changed_.notify_all();
 }
 
+void PlacesStage::correct(const MapCorrectionPtr& correction) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ++num_corrections_;
+    if (correction != nullptr) {
+      work_.correction = correction;
+      corrected_.push_back(std::exchange(work_, {}));
+    }
+    while (!early_views_.empty() && early_views_.front().num_corrections <= num_corrections_) {
+      work_.views.push_back(std::move(early_views_.front()));
+      early_views_.pop_front();
+    }
+  }
+  changed_.notify_all();
+}
+
 bool PlacesStage::waitIdle(std::chrono::steady_clock::time_point deadline) {
   std::unique_lock<std::mutex> lock(mutex_);
-  return changed_.wait_until(lock, deadline, [this] { return work_.isEmpty() && !is_busy_; });
+  return changed_.wait_until(lock, deadline, [this] { return isIdle(); });
 }
 
 std::shared_ptr<const places::PlaceMemory> PlacesStage::memory() const {
@@ -62,8 +81,7 @@ std::shared_ptr<const places::PlaceMemory> PlacesStage::memory() const {
 void PlacesStage::restore(std::shared_ptr<const places::PlaceMemory> memory, double voxel_size_m) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    ++num_clears_;
-    work_ = {};
+    forgetWork();
     work_.memory = std::move(memory);
     work_.voxel_size_m = voxel_size_m;
   }
@@ -73,8 +91,7 @@ void PlacesStage::restore(std::shared_ptr<const places::PlaceMemory> memory, dou
 void PlacesStage::clear(Stamp stamp) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    ++num_clears_;
-    work_ = {};
+    forgetWork();
     work_.is_cleared = true;
     work_.clear_stamp = stamp;
   }
@@ -85,7 +102,7 @@ void PlacesStage::stop() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     is_stopped_ = true;
-    work_ = {};
+    forgetWork();
   }
   changed_.notify_all();
   if (thread_.joinable()) thread_.join();
@@ -93,15 +110,35 @@ void PlacesStage::stop() {
 
 std::size_t PlacesStage::numWaitingViews() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return work_.views.size();
+  return countViews();
+}
+
+std::size_t PlacesStage::countViews() const {
+  std::size_t count = work_.views.size() + early_views_.size();
+  for (const Work& work : corrected_) count += work.views.size();
+  return count;
+}
+
+/// Precondition: mutex_ is held.
+void PlacesStage::forgetWork() {
+  ++num_clears_;
+  corrected_.clear();
+  work_ = {};
+  early_views_.clear();
 }
 
 void PlacesStage::run() {
   std::unique_lock<std::mutex> lock(mutex_);
   while (true) {
-    changed_.wait(lock, [this] { return is_stopped_ || !work_.isEmpty(); });
+    changed_.wait(lock, [this] { return is_stopped_ || !corrected_.empty() || !work_.isEmpty(); });
     if (is_stopped_) return;
-    Work work = std::exchange(work_, {});
+    Work work;
+    if (corrected_.empty()) {
+      work = std::exchange(work_, {});
+    } else {
+      work = std::move(corrected_.front());
+      corrected_.pop_front();
+    }
     const std::uint64_t num_clears = num_clears_;
     is_busy_ = true;
     lock.unlock();
@@ -132,13 +169,31 @@ void PlacesStage::process(const Work& work, std::uint64_t num_clears) {
   for (const auto& view : work.views) {
     extractor_->addView(*view.frame, view.segmentation->image_embedding);
   }
-  if (!work.request) return;
-  const ros_interface::StageTimer timer;
-  const auto& changed = work.request->changed;
-  for (const auto& pose : work.request->poses) extractor_->addPose(pose);
-  extractor_->update(changed, changed.sortedBlockIndices(), work.request->stamp);
+  if (work.request) update(*work.request);
+  if (work.correction != nullptr) {
+    follow(*work.correction);
+  } else if (!work.request) {
+    return;
+  }
   publish(extractor_->graph(), num_clears);
+}
+
+void PlacesStage::update(const Request& request) {
+  const ros_interface::StageTimer timer;
+  const auto& changed = request.changed;
+  for (const auto& pose : request.poses) extractor_->addPose(pose);
+  extractor_->update(changed, changed.sortedBlockIndices(), request.stamp);
   report_.set("duration of the last place update [ms]", std::to_string(timer.elapsedMs()));
+}
+
+void PlacesStage::follow(const MapCorrection& correction) {
+  const ros_interface::StageTimer timer;
+  const trajectory::Deformation deformation = correction.makeDeformation();
+  const places::PlaceMemory moved = places::moveMemory(
+      extractor_->memory(), [&](const Eigen::Vector3d& p_m) { return deformation.motionAt(p_m); });
+  extractor_->restore(moved, moved.voxel_size_m);
+  report_.set("corrections: duration of the last one of the places [ms]",
+              std::to_string(timer.elapsedMs()));
 }
 
 void PlacesStage::publish(const PlaceGraph& graph, std::uint64_t num_clears) {

@@ -16,6 +16,7 @@
 #include <thread>
 #include <vector>
 
+#include "map_correction.h"
 #include "task_scene_graph/mapping/tsdf_volume.h"
 #include "task_scene_graph/places/place_extractor.h"
 #include "task_scene_graph/ros/byte_budget.h"
@@ -47,7 +48,12 @@ class PlacesStage {
   void update(mapping::TsdfVolume changed, const std::vector<places::CameraPose>& poses,
               Stamp stamp);
   /// The image embedding of a frame, for the places that it sees. Never blocks.
-  void addView(const RgbdFramePtr& frame, const SegmentationPtr& segmentation);
+  /// @param num_corrections  that came before the frame: it waits until correct() has had as many
+  void addView(const RgbdFramePtr& frame, const SegmentationPtr& segmentation,
+               std::uint64_t num_corrections = 0);
+  /// Moves all that was given before, finds the places anew, and publishes them; until then the old
+  /// ones stay. Null: a correction of what is gone. Never blocks.
+  void correct(const MapCorrectionPtr& correction);
 
   /// Waits until no request and no view waits. False if the deadline passes first.
   bool waitIdle(std::chrono::steady_clock::time_point deadline);
@@ -74,6 +80,7 @@ class PlacesStage {
     RgbdFramePtr frame;
     SegmentationPtr segmentation;
     ros_interface::ByteBudget::Share share;
+    std::uint64_t num_corrections = 0;
   };
   /// What the thread does next.
   struct Work {
@@ -83,12 +90,20 @@ class PlacesStage {
     double voxel_size_m = 0.0;                          ///< of it
     std::deque<View> views;                             ///< before the request
     std::optional<Request> request;
+    MapCorrectionPtr correction;  ///< after the rest; may be null
 
-    bool isEmpty() const { return !is_cleared && memory == nullptr && views.empty() && !request; }
+    bool isEmpty() const {
+      return !is_cleared && memory == nullptr && views.empty() && !request && correction == nullptr;
+    }
   };
 
   void run();
   void process(const Work& work, std::uint64_t num_clears);
+  void update(const Request& request);
+  void follow(const MapCorrection& correction);
+  bool isIdle() const { return corrected_.empty() && work_.isEmpty() && !is_busy_; }
+  void forgetWork();
+  std::size_t countViews() const;
   void publish(const PlaceGraph& graph, std::uint64_t num_clears);
 
   const Options options_;
@@ -99,7 +114,10 @@ class PlacesStage {
   std::unique_ptr<places::PlaceExtractor> extractor_;
   mutable std::mutex mutex_;  ///< guards all below; never held during an update
   std::condition_variable changed_;
+  std::deque<Work> corrected_;  ///< up to a correction each, before work_
   Work work_;
+  std::deque<View> early_views_;  ///< of after a correction that is still to come
+  std::uint64_t num_corrections_ = 0;
   std::uint64_t num_clears_ = 0;
   std::atomic<std::uint64_t> sequence_{0};
   bool is_busy_ = false;

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <optional>
 #include <pluginlib/class_list_macros.hpp>
+#include <set>
 #include <sstream>
 #include <utility>
 
@@ -41,6 +42,17 @@ constexpr auto kJobTimeout = std::chrono::seconds(60);
 
 // What looks wrong with the embeddings is looked at so often: it costs tens of milliseconds.
 constexpr auto kFindingsPeriod = std::chrono::seconds(5);
+
+/// Those that are no more. What is withdrawn and there anew has moved, and is replaced.
+std::vector<PrimitiveId> listWithdrawn(const msg::ObjectPrimitives& message) {
+  std::set<std::uint64_t> anew;
+  for (const auto& primitive : message.primitives) anew.insert(primitive.id);
+  std::vector<PrimitiveId> withdrawn;
+  for (const std::uint64_t id : message.withdrawn) {
+    if (anew.count(id) == 0) withdrawn.push_back({id});
+  }
+  return withdrawn;
+}
 
 /// Primitives, places and tasks -> the scene graph and its markers; MapServices has its files.
 class SceneGraphNodelet : public StageNodelet {
@@ -299,11 +311,12 @@ void SceneGraphNodelet::onPrimitives(const msg::ObjectPrimitivesConstPtr& messag
       builder.reset();
       ++num_resets_;
     }
-    std::vector<PrimitiveId> withdrawn;
-    for (const std::uint64_t id : message->withdrawn) withdrawn.push_back({id});
+    const auto primitives = ros_interface::fromMessage(*message, primitives_subscriber_.getTopic());
+    const auto withdrawn = listWithdrawn(*message);
+    const bool are_moved = withdrawn.size() < message->withdrawn.size();
     builder.erasePrimitives(withdrawn);
     const auto update = builder.addPrimitives(
-        ros_interface::fromMessage(*message, primitives_subscriber_.getTopic()));
+        primitives, are_moved ? scene_graph::Repeated::kReplace : scene_graph::Repeated::kDrop);
     if (!update.error.empty()) report().countDropped("unusable primitive", update.error);
   });
   if (message->sequence > 0) primitives_.note(message->sequence);

@@ -173,6 +173,10 @@ ObjectUpdate ObjectFusion::addTracks(const TrackedFrame& tracked) {
   return collect(true);
 }
 
+void ObjectFusion::moveFrames(const std::function<Pose(Stamp)>& motion) {
+  for (auto& [epoch, frames] : frames_) frames.moveFrames(motion);
+}
+
 void ObjectFusion::reset() {
   num_collected_ += pool_.collectAll().size();
   frames_.clear();

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cstddef>
+#include <functional>
 #include <map>
 #include <memory>
 #include <set>
@@ -63,6 +64,10 @@ class FrameBuffer {
   /// Notes which tracks see the frame `tracked.stamp`; then drops all frames up to that stamp that
   /// no live track needs, those that were never segmented among them. Later frames stay.
   void update(const TrackedFrame& tracked);
+
+  /// Moves all frames: T_world_camera becomes motion(stamp) * T_world_camera. Whoever has one from
+  /// before has it as it was. O(frames).
+  void moveFrames(const std::function<Pose(Stamp)>& motion);
 
   /// The frame with this stamp, with null pointers if it is not (or no longer) here.
   SegmentedFrame find(Stamp stamp) const;

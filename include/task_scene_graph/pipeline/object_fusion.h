@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <set>
@@ -77,6 +78,10 @@ class ObjectFusion {
 
   /// submitTracks(), then collect(true).
   ObjectUpdate addTracks(const TrackedFrame& tracked);
+
+  /// Moves the frames that live tracks need: T_world_camera becomes motion(stamp) * T_world_camera.
+  /// What is being reconstructed has them as they were: collect(true) before. O(frames).
+  void moveFrames(const std::function<Pose(Stamp)>& motion);
 
   /// Forgets frames and tracks, after what is being reconstructed, which is thrown away. Ids go on.
   void reset();
