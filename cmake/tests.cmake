@@ -65,8 +65,10 @@ foreach(launch ${TSG_ROSTESTS})
   endif()
 endforeach()
 
-target_include_directories(rostest_background PRIVATE src/nodelets)
-target_link_libraries(rostest_background tsg_nodelets)
+foreach(test rostest_background rostest_corrections)
+  target_include_directories(${test} PRIVATE src/nodelets)
+  target_link_libraries(${test} tsg_nodelets)
+endforeach()
 
 if(TARGET tsg_rviz)
   find_package(Qt5 REQUIRED COMPONENTS Test)

@@ -64,6 +64,28 @@ TEST(FrameBuffer, FramesAreSharedNotCopied) {
   EXPECT_EQ(buffer.counters().bytes, kFrameBytes + kLabelBytes);
 }
 
+TEST(FrameBuffer, FramesMoveWithoutACopyOfTheirPixelsAndAreCountedOnce) {
+  FrameBuffer buffer({});
+  buffer.add(makeFrame(1), makeSegmentation(1));
+  buffer.addFrame(makeFrame(2));
+  const RgbdFramePtr before = buffer.find({1}).frame;
+  const std::size_t alive = buffer.aliveBytes();
+  buffer.moveFrames([](Stamp stamp) {
+    Pose motion = Pose::Identity();
+    motion.translation().x() = static_cast<double>(stamp.ns);
+    return motion;
+  });
+  for (const std::int64_t ns : {1, 2}) {
+    const RgbdFramePtr moved = buffer.find({ns}).frame;
+    EXPECT_EQ(moved->T_world_camera.translation().x(), static_cast<double>(ns));
+  }
+  EXPECT_EQ(buffer.find({1}).frame->depth.image.data, before->depth.image.data);
+  EXPECT_EQ(buffer.find({1}).segmentation->stamp, Stamp{1});
+  EXPECT_EQ(before->T_world_camera.translation().x(), 0.0);  // whoever has it has it as it was
+  EXPECT_EQ(buffer.counters().bytes, 2 * kFrameBytes + kLabelBytes);
+  EXPECT_GT(buffer.aliveBytes(), alive);  // as long as somebody has the one of before
+}
+
 TEST(FrameBuffer, FramesNotYetSegmentedWaitUntilALaterOneIsTracked) {
   FrameBuffer buffer({});
   for (std::int64_t ns = 1; ns <= 5; ++ns) buffer.addFrame(makeFrame(ns));
