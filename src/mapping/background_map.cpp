@@ -121,12 +121,16 @@ void BackgroundMap::restore(const std::vector<BlockMesh>& blocks) {
     throw std::logic_error("background map: frames are in it, expected none when it is restored");
   }
   archived_.clear();
+  std::vector<MeshArchive::RecordPtr> records(blocks.size());
+  parallelFor(blocks.size(), config_.tsdf.num_threads, [&](std::size_t i) {
+    if (!blocks[i].mesh->isEmpty() && config_.with_mesh)
+      records[i] = archive_.store(*blocks[i].mesh);
+  });
   std::vector<MeshTable::Entry> entries;
-  for (const auto& block : blocks) {
-    if (block.mesh->isEmpty() || !config_.with_mesh) continue;
-    const auto record = archive_.store(*block.mesh);
-    archived_[block.block] = record;
-    entries.push_back({block.block, StoredMesh(record)});
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    if (records[i] == nullptr) continue;
+    archived_[blocks[i].block] = records[i];
+    entries.push_back({blocks[i].block, StoredMesh(records[i])});
   }
   meshes_ = MeshTable().with(entries);
 }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "mesh_fusion_report.h"
+#include "task_scene_graph/core/parallel.h"
 #include "task_scene_graph/core/period.h"
 #include "task_scene_graph/trajectory/correct_map.h"
 
@@ -24,9 +25,11 @@ std::unique_ptr<OccupancyStage> makeOccupancyStage(ros::NodeHandle& handle,
       report);
 }
 
-std::vector<mapping::BlockMesh> load(const mapping::MeshTable& meshes) {
+std::vector<mapping::BlockMesh> load(const mapping::MeshTable& meshes, int num_threads) {
   std::vector<mapping::BlockMesh> blocks;
-  for (const auto& block : meshes.blocks()) blocks.push_back({block, meshes.find(block).load()});
+  for (const auto& block : meshes.blocks()) blocks.push_back({block, nullptr});
+  parallelFor(blocks.size(), num_threads,
+              [&](std::size_t i) { blocks[i].mesh = meshes.find(blocks[i].block).load(); });
   return blocks;
 }
 
@@ -141,7 +144,7 @@ void BackgroundStage::follow(const Job& job) {
         before = fusion_->surface.meshes();
       }
     }
-    const auto old = load(before);
+    const auto old = load(before, job.correction->how.num_threads);
     const auto moved = moveMeshes(old, *job.correction);
     const mapping::MeshUpdate update = findChanges(old, moved);
     auto fusion = std::make_unique<pipeline::BackgroundFusion>(options_.fusion);
@@ -273,7 +276,7 @@ map::Map BackgroundStage::makeMap() {
   const mapping::MeshTable meshes = fusion_->surface.meshes();
   map.setTrajectory(std::make_shared<const Trajectory>(trajectory_));
   lock.unlock();
-  map.setMesh(options_.fusion.background.tsdf.voxel_size_m, load(meshes));
+  map.setMesh(options_.fusion.background.tsdf.voxel_size_m, load(meshes, 1));
   map.setPlaceMemory(places_.memory());
   if (occupancy_) map.setOccupancy(occupancy_->snapshot());
   return map;

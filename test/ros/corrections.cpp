@@ -12,6 +12,7 @@
 #include <set>
 
 #include "background_stage.h"
+#include "correction_stage.h"
 #include "support.h"
 #include "synthetic_robot.h"
 #include "task_scene_graph/map/files.h"
@@ -331,19 +332,48 @@ TEST_F(Corrections, AJumpOfTheMapsFrameMovesAllOfIt) {
   }
 }
 
-TEST_F(Corrections, WithoutACorrectionTheMapIsTheSameToTheByte) {
-  for (const std::string frame : {"", "world"}) {
-    Chain chain(folder_.path(), path("map" + frame));
-    Chain::follow(frame, frame.empty() ? "" : "/slam/path");
-    ASSERT_NO_FATAL_FAILURE(chain.start());
-    ASSERT_NO_FATAL_FAILURE(chain.play(0, kNumFrames, 100.0, Pose::Identity()));
-    EXPECT_TRUE(chain.waitForObjects(2));
-    Chain::save();
+RgbdFramePtr makeFrame(int i) {
+  auto frame = std::make_shared<RgbdFrame>(
+      render(makeRoom(), {96, 72, 75.0, 75.0, 47.5, 35.5}, computePose(i)).frame);
+  frame->stamp = Stamp::fromSeconds(100.0 + 0.1 * i);
+  return frame;
+}
+
+/// What the background makes of frames that go through the corrections.
+map::Map integrate(const std::string& name, const nodelets::CorrectionConfig& config) {
+  ros::NodeHandle handle(name);
+  ros_interface::StageReport report(name);
+  nodelets::BackgroundStageOptions options;
+  options.world_frame = "world";
+  nodelets::BackgroundStage stage(handle, options, report);
+  nodelets::CorrectionStage corrections(handle, {config, "world"}, report, {});
+  for (int i = 0; i < kNumFrames; ++i) {
+    const RgbdFramePtr frame = makeFrame(i);
+    corrections.placeNew(frame, [&](const RgbdFramePtr& placed) {
+      EXPECT_EQ(placed == frame, !corrections.isOn());  // the very same where they are off
+      stage.addFrame(placed);
+    });
   }
-  for (const char* name : {"mesh.ply", "trajectory.txt", "map.ot", "state/primitives.bin"}) {
-    EXPECT_EQ(readBytes(path("map") / name), readBytes(path("mapworld") / name)) << name;
-    EXPECT_FALSE(readBytes(path("map") / name).empty()) << name;
+  EXPECT_TRUE(stage.flush(ros_interface::Patience::from(60.0, 60.0)).empty());
+  return stage.makeMap();
+}
+
+TEST(WithoutACorrection, TheMapIsTheSameToTheBit) {
+  nodelets::CorrectionConfig config;
+  const map::Map off = integrate("off", config);
+  config.odometry_frame = "world";
+  config.path_topic = "/slam/path";
+  const map::Map on = integrate("on", config);
+  ASSERT_EQ(on.trajectory()->size(), static_cast<std::size_t>(kNumFrames));
+  for (const auto& [ns, pose] : off.trajectory()->poses()) {
+    EXPECT_EQ(on.trajectory()->poses().at(ns).matrix(), pose.matrix());
   }
+  ASSERT_FALSE(off.meshBlocks().empty());
+  ASSERT_EQ(on.meshBlocks().size(), off.meshBlocks().size());
+  for (std::size_t i = 0; i < off.meshBlocks().size(); ++i) {
+    EXPECT_EQ(on.meshBlocks()[i].mesh->vertices, off.meshBlocks()[i].mesh->vertices);
+  }
+  ASSERT_EQ(on.placeMemory()->blocks.size(), off.placeMemory()->blocks.size());
 }
 
 /// A floor of 5,000 blocks with 400 vertices each.
@@ -379,9 +409,7 @@ TEST(CorrectionOfALargeMap, LosesNoFrameAndLeavesTheOldMapReadable) {
   stage.restore(makeLargeMap());
   Trajectory own;
   const auto addFrame = [&](int i) {
-    auto frame = std::make_shared<RgbdFrame>(
-        render(makeRoom(), {96, 72, 75.0, 75.0, 47.5, 35.5}, computePose(i)).frame);
-    frame->stamp = Stamp::fromSeconds(100.0 + 0.1 * i);
+    const RgbdFramePtr frame = makeFrame(i);
     own.add(frame->stamp, frame->T_world_camera);
     stage.addFrame(frame);
   };
