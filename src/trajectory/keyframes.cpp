@@ -89,6 +89,17 @@ Keyframes selectKeyframes(const Trajectory& trajectory, std::string frame,
   return keyframes;
 }
 
+PoseEdge makeOdometryEdge(const Keyframe& a, const Keyframe& b, const OdometryNoise& noise) {
+  PoseEdge edge{a.id, b.id, a.T_world_camera.inverse() * b.T_world_camera};
+  const double way =
+      std::max(kLeastWay_m, edge.T_a_b.translation().norm() + computeAngle(edge.T_a_b));
+  Vector6d variances;
+  variances << Eigen::Vector3d::Constant(way * noise.position_m * noise.position_m),
+      Eigen::Vector3d::Constant(way * noise.angle_rad * noise.angle_rad);
+  edge.information = variances.cwiseInverse().asDiagonal();
+  return edge;
+}
+
 PoseGraph makePoseGraph(const Keyframes& keyframes, const OdometryNoise& noise,
                         const PoseGraphConfig& config) {
   config::validate(noise, "odometry");
@@ -98,15 +109,7 @@ PoseGraph makePoseGraph(const Keyframes& keyframes, const OdometryNoise& noise,
     if (last == nullptr) {
       graph.addKeyframe(keyframe.id, keyframe.T_world_camera);
     } else {
-      PoseEdge edge{last->id, keyframe.id,
-                    last->T_world_camera.inverse() * keyframe.T_world_camera};
-      const double way =
-          std::max(kLeastWay_m, edge.T_a_b.translation().norm() + computeAngle(edge.T_a_b));
-      Vector6d variances;
-      variances << Eigen::Vector3d::Constant(way * noise.position_m * noise.position_m),
-          Eigen::Vector3d::Constant(way * noise.angle_rad * noise.angle_rad);
-      edge.information = variances.cwiseInverse().asDiagonal();
-      graph.extend(edge);
+      graph.extend(makeOdometryEdge(*last, keyframe, noise));
     }
     last = &keyframe;
   }

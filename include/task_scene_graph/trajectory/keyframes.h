@@ -91,6 +91,10 @@ class Keyframes {
 Keyframes selectKeyframes(const Trajectory& trajectory, std::string frame,
                           const KeyframeConfig& config = {});
 
+/// The motion from one keyframe to the next, as sure as the noise says of its way and turn; never
+/// surer than after 1 cm.
+PoseEdge makeOdometryEdge(const Keyframe& a, const Keyframe& b, const OdometryNoise& noise);
+
 /// The pose graph of the keyframes, each joined to the next by the motion between them. Its poses
 /// are theirs, but for rounding.
 PoseGraph makePoseGraph(const Keyframes& keyframes, const OdometryNoise& noise,
