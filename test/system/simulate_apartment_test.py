@@ -155,6 +155,24 @@ class SimulateApartment(unittest.TestCase):
             with open(os.path.join(stem + ".ground_truth", name + ".ply")) as file:
                 self.assertIn("property int label", file.read(400))
 
+    def test_tf_of_a_drifting_walk_is_odometry_and_the_truth_stays(self):
+        path = os.path.join(self.temporary.name, "drift.bag")
+        done = run("--output", path, "--seed", "3", "--drift", "0.3", *SMALL)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        folder = path[: -len(".bag")] + ".ground_truth"
+        truth = np.loadtxt(os.path.join(folder, "poses.txt"))
+        odometry = np.loadtxt(os.path.join(folder, "odometry.txt"))
+        np.testing.assert_array_equal(truth, np.loadtxt(os.path.join(self.beside(".ground_truth"), "poses.txt")))
+        np.testing.assert_allclose(odometry[:, 0], truth[:, 0], atol=1e-9)
+        np.testing.assert_allclose(odometry[0], truth[0], atol=1e-9)
+        self.assertGreater(np.linalg.norm(odometry[-1, 1:4] - truth[-1, 1:4]), 1e-3)
+        with rosbag.Bag(path) as bag:
+            tf = [m.transforms[0].transform.translation for _, m, _ in bag.read_messages("/tf")]
+            images = [m.data for _, m, _ in bag.read_messages(COLOR)]
+        np.testing.assert_allclose([[t.x, t.y, t.z] for t in tf], odometry[:, 1:4], atol=1e-9)
+        self.assertEqual(images, [m.data for m in self.messages(COLOR)])
+        self.assertFalse(os.path.exists(os.path.join(self.beside(".ground_truth"), "odometry.txt")))
+
     def test_errors_name_option_value_and_what_was_expected(self):
         path = os.path.join(self.temporary.name, "bad.bag")
         for arguments, parts in ((["--rooms", "many"], ["--rooms", "many", "number"]),
@@ -162,6 +180,8 @@ class SimulateApartment(unittest.TestCase):
                                  (["--wdth", "3"], ["--wdth"]),
                                  (["--world", "castle"], ["castle", "cubicle"]),
                                  (["--rooms", "20"], ["num_rooms", "20"]),
+                                 (["--laps", "0"], ["laps", "0"]),
+                                 (["--drift", "-1"], ["position_per_m", "-1"]),
                                  (["--width", "0"], ["width", "0"])):
             done = run("--output", path, *arguments)
             self.assertNotEqual(done.returncode, 0)

@@ -14,12 +14,15 @@
 #include <string>
 #include <thread>
 
+#include "task_scene_graph/config/config.h"
 #include "task_scene_graph/core/files.h"
 #include "task_scene_graph/mapping/ply.h"
+#include "task_scene_graph/core/trajectory.h"
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/image_conversions.h"
 #include "task_scene_graph/ros/message_conversions.h"
 #include "task_scene_graph/simulation/depth_noise.h"
+#include "task_scene_graph/simulation/drift.h"
 #include "task_scene_graph/simulation/ground_truth.h"
 #include "task_scene_graph/simulation/renderer.h"
 #include "task_scene_graph/simulation/seen_surface.h"
@@ -48,6 +51,10 @@ them one by one, FILE.coarse_tasks.yaml and FILE.ground_truth/coarse_tasks.yaml 
   --rate HZ           frames per second (10)
   --width W           of the images; the field of view stays the same (640)
   --height H          (480)
+  --laps N            how often the rooms are seen; not over stairs (1)
+  --drift SHARE       tf is odometry that drifts: its position by this share of the way, its heading by
+                      1 degree, both after 10 m; FILE.ground_truth/poses.txt stays true, odometry.txt
+                      beside it is what tf says (0)
   --noise on|off      depth as an active stereo camera measures it, or exact (on)
   --no-segmentation   no /segmentation, and tasks in words only: for networks that look at the images
   --threads N         the result does not depend on it (all cores)
@@ -65,6 +72,8 @@ struct Options {
   WorldKind world = WorldKind::kApartment;
   ApartmentConfig apartment;
   WalkConfig walk;
+  DriftConfig drift;
+  bool drifts = false;
   CameraModel camera;
   bool noise = true;
   bool segmentation = true;
@@ -104,6 +113,7 @@ Options parseOptions(const std::vector<std::string>& arguments) {
   Options options;
   options.camera.width_px = 640;
   options.camera.height_px = 480;
+  options.drift.position_per_m = 0.0;
   options.num_threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   using Setter = std::function<void(const std::string&, const std::string&)>;
   const auto setInteger = [](int& to) -> Setter {
@@ -123,6 +133,8 @@ Options parseOptions(const std::vector<std::string>& arguments) {
       {"--rate", setNumber(options.walk.rate_hz)},
       {"--width", setInteger(options.camera.width_px)},
       {"--height", setInteger(options.camera.height_px)},
+      {"--laps", setInteger(options.walk.laps)},
+      {"--drift", setNumber(options.drift.position_per_m)},
       {"--threads", setInteger(options.num_threads)},
       {"--noise",
        [&](const std::string& o, const std::string& v) { options.noise = parseSwitch(o, v); }}};
@@ -139,6 +151,9 @@ Options parseOptions(const std::vector<std::string>& arguments) {
   }
   if (options.output.empty()) throw std::invalid_argument("--output is missing");
   if (options.num_threads < 1) throw std::invalid_argument("--threads, expected at least 1");
+  options.drifts = options.drift.position_per_m != 0.0;
+  options.drift.seed = options.apartment.seed;
+  config::validate(options.drift, "drift");
   options.camera = makeDefaultCamera(options.camera.width_px, options.camera.height_px);
   options.camera.validate();
   return options;
@@ -176,7 +191,9 @@ class BagWriter {
         renderer_(apartment, options.num_threads),
         segments_(apartment, SegmentConfig{}) {}
 
-  void writeFrame(rosbag::Bag& bag, const WalkPose& pose, std::int64_t frame) {
+  /// @param T_world_odometry  where odometry says that the camera is
+  void writeFrame(rosbag::Bag& bag, const WalkPose& pose, const Pose& T_world_odometry,
+                  std::int64_t frame) {
     const RenderedView view = renderer_.render(options_.camera, pose.T_world_camera);
     seen_.add(view, options_.camera, pose.T_world_camera);
     const Stamp stamp{kStart_ns + pose.stamp.ns};
@@ -185,7 +202,7 @@ class BagWriter {
       const Stamp recorded{stamp.ns + kRecordingStep_ns * step++};
       bag.write(topic, ros_interface::toRosTime(recorded), message);
     };
-    write("/tf", toTfMessage(pose.T_world_camera, stamp));
+    write("/tf", toTfMessage(T_world_odometry, stamp));
     write("/camera/color/camera_info", toCameraInfo(options_.camera, stamp));
     write("/camera/aligned_depth_to_color/image_raw",
           *ros_interface::toImageMessage(measureDepth(view, frame), "16UC1", stamp, kCameraFrame));
@@ -227,14 +244,14 @@ void showProgress(std::size_t done, std::size_t total) {
 
 /// Writes to a temporary name and renames, so that a bag is there whole or not at all.
 SeenSurface writeBag(const Options& options, const Apartment& apartment,
-                     const std::vector<WalkPose>& walk) {
+                     const std::vector<WalkPose>& walk, const std::vector<WalkPose>& odometry) {
   const fs::path temporary = options.output.string() + ".part";
   if (options.output.has_parent_path()) fs::create_directories(options.output.parent_path());
   try {
     BagWriter writer(options, apartment);
     rosbag::Bag bag(temporary.string(), rosbag::bagmode::Write);
     for (std::size_t i = 0; i < walk.size(); ++i) {
-      writer.writeFrame(bag, walk[i], static_cast<std::int64_t>(i));
+      writer.writeFrame(bag, walk[i], odometry[i].T_world_camera, static_cast<std::int64_t>(i));
       showProgress(i + 1, walk.size());
     }
     bag.close();
@@ -245,6 +262,14 @@ SeenSurface writeBag(const Options& options, const Apartment& apartment,
     fs::remove(temporary, ignored);
     throw;
   }
+}
+
+void writeOdometry(const fs::path& path, const std::vector<WalkPose>& odometry) {
+  Trajectory trajectory;
+  for (const WalkPose& pose : odometry) {
+    trajectory.add({kStart_ns + pose.stamp.ns}, pose.T_world_camera);
+  }
+  writeTumTrajectory(path.string(), trajectory, "T_world_camera by odometry");
 }
 
 /// Tasks and truth beside the bag. Returns what was written.
@@ -286,9 +311,11 @@ void simulate(const Options& options) {
   std::cout << "[simulate_apartment] seed " << options.apartment.seed << ": " << world.rooms.size()
             << " rooms, " << world.instances.size() << " things, " << walk.size() << " frames\n";
   if (walk.empty()) throw std::runtime_error("the walk has no frame; raise --duration or --rate");
-  const SeenSurface seen = writeBag(options, world, walk);
-  std::cout << "[simulate_apartment] "
-            << describeWritten({}, writeTruth(options, world, seen, walk)) << '\n';
+  const auto odometry = options.drifts ? simulateDrift(walk, options.drift) : walk;
+  const SeenSurface seen = writeBag(options, world, walk, odometry);
+  const std::vector<WrittenFile> files = writeTruth(options, world, seen, walk);
+  if (options.drifts) writeOdometry(fs::path(files.back().name) / "odometry.txt", odometry);
+  std::cout << "[simulate_apartment] " << describeWritten({}, files) << '\n';
 }
 
 }  // namespace
