@@ -17,6 +17,7 @@ foreach(source ${TSG_ROS_TOOL_SOURCES})
   list(APPEND TSG_INSTALL_PROGRAMS ${name})
 endforeach()
 
+target_link_libraries(close_loops PRIVATE tsg_loops)
 target_link_libraries(concept_graphs PRIVATE tsg_evaluation)
 target_link_libraries(correct_map PRIVATE tsg_trajectory)
 target_link_libraries(evaluate_scene_graph PRIVATE tsg_evaluation)

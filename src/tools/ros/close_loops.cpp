@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Corrects the trajectory of a recorded walk by loop closures of our own.
+#include <iostream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "../command_line.h"
+#include "input_options.h"
+#include "task_scene_graph/config/config.h"
+#include "task_scene_graph/core/files.h"
+#include "task_scene_graph/core/trajectory.h"
+#include "task_scene_graph/loops/loop_closer.h"
+#include "task_scene_graph/ros/input_config.h"
+#include "task_scene_graph/ros/rgbd_bag.h"
+#include "task_scene_graph/trajectory/correction.h"
+#include "task_scene_graph/trajectory/trajectory_error.h"
+
+namespace options = boost::program_options;
+using namespace tsg;
+
+namespace {
+
+struct Arguments {
+  std::vector<std::string> bags;
+  std::string output;
+  std::string list;
+  std::string truth;
+  loops::LoopCloserConfig config;
+  tools::InputOptions input;
+};
+
+std::optional<Arguments> parseArguments(int argc, char** argv) {
+  Arguments arguments;
+  loops::LoopConfig& loops = arguments.config.loops;
+  options::options_description description(
+      "Finds places that a recorded walk sees again, and corrects its trajectory.\n"
+      "usage: close_loops --bag B [B2 ...] --output NEW.tum [options]\n"
+      "Poses are odometry's (tf, --pose-topic or --trajectory). Recorded segmentations, if there\n"
+      "are, say what looks alike; else shape alone decides. Nothing is written unless all of it\n"
+      "can be.\noptions");
+  description.add_options()("help,h", "print this")(
+      "bag", options::value(&arguments.bags)->required()->multitoken(),
+      "rosbags with colour, depth, camera info, poses; several are read as one")(
+      "output", tools::pathOption(arguments.output)->required(),
+      "corrected poses of all frames, TUM's format")(
+      "list", tools::pathOption(arguments.list),
+      "JSON: each pair of places that was tried, whether it was accepted, and why not")(
+      "truth", tools::pathOption(arguments.truth),
+      "true poses, TUM's format: prints the error before and after")(
+      "max-drift", options::value(&loops.max_drift),
+      "of odometry, share of the way: farther apart no place is looked for (0.05)")(
+      "max-candidates", options::value(&loops.max_candidates), "tried for each place (3)")(
+      "min-overlap", options::value(&loops.min_overlap), "share of points that must fit (0.3)");
+  options::options_description input("input: as process_bag's");
+  arguments.input.addTo(input);
+  description.add(input);
+  if (!tools::parseOptions(argc, argv, description)) return std::nullopt;
+  for (auto& bag : arguments.bags) bag = expandPath(bag).string();
+  return arguments;
+}
+
+ros_interface::InputConfig loadInput(const Arguments& arguments) {
+  return config::load<ros_interface::InputConfig>(
+      std::vector<config::Source>{{"command line", arguments.input.toYaml(), {}}}, "input");
+}
+
+nlohmann::json toJson(const loops::LoopRecord& record, const loops::LoopCloser& closer) {
+  const auto& keyframes = closer.keyframes();
+  const auto& found = record.registration;
+  return {{"stamp_a_ns", keyframes.find(record.a)->stamp.ns},
+          {"stamp_b_ns", keyframes.find(record.b)->stamp.ns},
+          {"accepted", loops::isAccepted(record, closer.graph())},
+          {"reason", loops::describeOutcome(record, closer.graph())},
+          {"image_cosine", record.image_cosine},
+          {"landmarks", record.num_landmarks},
+          {"overlap", found.overlap},
+          {"rms_m", found.rms_m},
+          {"least_eigenvalue", found.least_eigenvalue}};
+}
+
+void writeList(const std::string& path, const loops::LoopCloser& closer) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const auto& record : closer.records()) list.push_back(toJson(record, closer));
+  writeFileAtomically(path, [&](std::ostream& out) { out << list.dump(1) << '\n'; });
+}
+
+void printError(const Trajectory& truth, const Trajectory& before, const Trajectory& after) {
+  const double before_m = trajectory::computeTrajectoryError(truth, before);
+  const double after_m = trajectory::computeTrajectoryError(truth, after);
+  std::cout << "error (root mean square, first pose fixed): " << before_m << " m before, "
+            << after_m << " m after\n";
+}
+
+/// How many pairs ended how.
+void printOutcomes(const loops::LoopCloser& closer) {
+  std::map<std::string, int> counts;
+  for (const auto& record : closer.records()) {
+    if (record.edge) {
+      ++counts[loops::describeOutcome(record, closer.graph())];
+    } else {
+      ++counts[loops::toText(record.outcome)];
+    }
+  }
+  std::cout << closer.keyframes().list().size() << " keyframes, " << closer.records().size()
+            << " pairs of places tried\n";
+  for (const auto& [text, count] : counts) std::cout << "  " << count << ": " << text << '\n';
+}
+
+void run(const Arguments& arguments) {
+  const ros_interface::InputConfig input = loadInput(arguments);
+  std::optional<Trajectory> truth;
+  if (!arguments.truth.empty()) truth = loadTumTrajectory(arguments.truth);
+  ros_interface::RgbdBag bag(arguments.bags, input, true);
+  loops::LoopCloser closer(input.world_frame, arguments.config);
+  Trajectory odometry;
+  bag.forEachFrame(
+      [&](const RgbdFramePtr& frame, const SegmentationPtr& recorded) {
+        closer.add(*frame, recorded);
+        odometry.add(frame->stamp, frame->T_world_camera);
+        return true;
+      },
+      [](std::size_t) {});
+  closer.finish();
+  for (const auto& [reason, drops] : bag.drops()) {
+    std::cerr << "dropped " << drops.count << " (" << reason << "): " << drops.example << "\n";
+  }
+  if (odometry.isEmpty()) {
+    throw std::runtime_error("nothing was written: none of " +
+                             std::to_string(bag.numColorImages()) + " colour images could be used");
+  }
+  const auto correction =
+      trajectory::computeCorrection(closer.keyframes(), closer.correctedKeyframes());
+  const Trajectory corrected =
+      trajectory::applyCorrection(correction, closer.keyframes(), odometry);
+  printOutcomes(closer);
+  if (truth) printError(*truth, odometry, corrected);
+  std::vector<WrittenFile> files{{arguments.output, formatCount(corrected.size(), "pose")}};
+  if (!arguments.list.empty()) {
+    writeList(arguments.list, closer);
+    files.push_back({arguments.list, formatCount(closer.records().size(), "pair")});
+  }
+  writeTumTrajectory(arguments.output, corrected, "T_world_camera, corrected");
+  std::cout << describeWritten({}, files) << '\n';
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return tools::runProgram("close_loops", argc, argv, parseArguments, run);
+}
