@@ -11,6 +11,7 @@
 
 #include "command_line.h"
 #include "task_scene_graph/bottleneck/clustering.h"
+#include "task_scene_graph/bottleneck/reach.h"
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/core/files.h"
 #include "task_scene_graph/language/text_encoder.h"
@@ -29,6 +30,7 @@ struct Arguments {
   std::string output;
   std::string tape;
   std::string models;
+  double reach = 0.0;
   bottleneck::ClusteringConfig config;
 };
 
@@ -65,11 +67,18 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
       "top-k", options::value(&top_k), "tasks kept per primitive, null included (default 2)")(
       "prior", options::value(&prior), "uniform or marginal (default uniform)")(
       "normaliser", options::value(&normaliser), "paper or size_invariant (default paper)")(
+      "reach", options::value(&arguments.reach),
+      "primitives are neighbours where their boxes, each face moved out by this share of its "
+      "middle "
+      "side, overlap (default 0)")(
       "tape", tools::pathOption(arguments.tape),
       "file to write I(X;Y), the accepted merges and the partition to (JSON)")(
       "models", tools::pathOption(arguments.models),
       "model set (YAML) whose text encoder encodes tasks that have no embedding");
   if (!tools::parseOptions(argc, argv, description)) return std::nullopt;
+  if (!(arguments.reach >= 0.0 && arguments.reach <= 1.0)) {
+    throw options::error("--reach is " + std::to_string(arguments.reach) + ", expected 0 to 1");
+  }
   const char* threshold = normaliser == "size_invariant" ? "delta_bits" : "delta";
   const std::pair<const char*, std::string> given[] = {{"alpha", alpha},
                                                        {threshold, delta},
@@ -107,7 +116,8 @@ bottleneck::IncrementalClustering makeClustering(const Arguments& arguments,
   clustering.setTasks(tasks.embeddings);
   for (const scene_graph::FilePrimitive& primitive : graph.primitives()) {
     try {
-      clustering.insert(primitive.id, primitive.embedding, primitive.box);
+      clustering.insert(primitive.id, primitive.embedding,
+                        bottleneck::extendByReach(primitive.box, arguments.reach));
     } catch (const std::invalid_argument& e) {
       throw std::invalid_argument("scene graph '" + arguments.input + "': node " +
                                   scene_graph::describeNode(primitive.id) + ": " + e.what());

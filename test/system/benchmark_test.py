@@ -205,7 +205,7 @@ class Report(unittest.TestCase):
         text = study.make_report(rows, "command")
         self.assertIn("| uniform (default) | 0.700 | 0.700 | 0.700 | 10.0 |", text)
         self.assertIn("| marginal | 0.300 |", text)
-        self.assertIn("Means over 2 recordings.", text)
+        self.assertIn("Means over 2 pairs ", text)
         self.assertNotIn("## alpha", text)
 
     def test_damaged_result_is_named(self):
