@@ -128,22 +128,23 @@ void BackgroundStage::integrate(const Job& job) {
   }
 }
 
+/// All that frames of before have made is on its way to the places then.
+mapping::MeshTable BackgroundStage::takeMeshes(const Job& job) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (job.num_resets != num_resets_) return {};
+  if (newest_frame_ != Stamp{}) {
+    publishMesh(fusion_->surface.updateMesh());
+    requestPlaces();
+  }
+  return fusion_->surface.meshes();
+}
+
 /// Only this thread changes volumes, so nobody has to wait while the new ones are made.
 void BackgroundStage::follow(const Job& job) {
   const ros_interface::StageTimer timer;
   bool is_done = false;
   try {
-    mapping::MeshTable before;
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      if (job.num_resets == num_resets_) {
-        if (newest_frame_ != Stamp{}) {
-          publishMesh(fusion_->surface.updateMesh());
-          requestPlaces();
-        }
-        before = fusion_->surface.meshes();
-      }
-    }
+    const mapping::MeshTable before = takeMeshes(job);
     const auto old = load(before, job.correction->how.num_threads);
     const auto moved = moveMeshes(old, *job.correction);
     const mapping::MeshUpdate update = findChanges(old, moved);

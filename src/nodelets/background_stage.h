@@ -101,6 +101,7 @@ class BackgroundStage {
   void process(const Job& job);
   void integrate(const Job& job);
   void follow(const Job& job);
+  mapping::MeshTable takeMeshes(const Job& job);
   std::vector<mapping::BlockMesh> moveMeshes(const std::vector<mapping::BlockMesh>& blocks,
                                              const MapCorrection& correction) const;
   void exchange(std::unique_ptr<pipeline::BackgroundFusion> fusion,
