@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "task_scene_graph/bottleneck/clustering.h"
+#include "task_scene_graph/bottleneck/reach.h"
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/scene_graph/explanations.h"
 
@@ -53,7 +54,10 @@ void ObjectLayer::setTasks(const TaskList& tasks) {
 void ObjectLayer::setConfig(const SceneGraphConfig& config) {
   clustering_->setConfig(config.objectClustering());
   are_scores_stale_ |= config.publishedFrom() != config_.publishedFrom();
+  const bool reaches_elsewhere = config.object_reach != config_.object_reach;
   config_ = config;
+  if (!reaches_elsewhere) return;
+  for (const auto& [id, primitive] : primitives_) cluster(*primitive);
 }
 
 PrimitiveUpdate ObjectLayer::add(const std::vector<ObjectPrimitivePtr>& primitives,
@@ -90,10 +94,11 @@ void ObjectLayer::cluster(const ObjectPrimitive& primitive) {
   const bool is_clustered = clustering_->contains(key);
   if (hasDirection(primitive.embedding)) {
     embedding_size_ = primitive.embedding.size();
+    const Aabb box = bottleneck::extendByReach(primitive.box, config_.object_reach);
     if (is_clustered) {
-      clustering_->update(key, primitive.embedding, primitive.box);
+      clustering_->update(key, primitive.embedding, box);
     } else {
-      clustering_->insert(key, primitive.embedding, primitive.box);
+      clustering_->insert(key, primitive.embedding, box);
     }
   } else if (is_clustered) {
     clustering_->erase(key);

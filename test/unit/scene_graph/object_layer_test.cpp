@@ -9,6 +9,7 @@
 #include "random_world.h"
 #include "sample_graph.h"
 #include "task_scene_graph/bottleneck/clustering.h"
+#include "task_scene_graph/bottleneck/reach.h"
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/scene_graph/scoring.h"
 
@@ -48,7 +49,8 @@ std::vector<Ids> clusterDirectly(const SceneGraphConfig& config, const TaskList&
   std::map<std::uint64_t, Embedding> embeddings;
   for (const auto& primitive : primitives) {
     if (primitive->embedding.size() == 0) continue;
-    clustering.insert(primitive->id.value, primitive->embedding, primitive->box);
+    clustering.insert(primitive->id.value, primitive->embedding,
+                      bottleneck::extendByReach(primitive->box, config.object_reach));
     embeddings[primitive->id.value] = primitive->embedding;
   }
   std::vector<Ids> published;
@@ -74,6 +76,25 @@ class RandomObjects : public ::testing::TestWithParam<unsigned> {
   Primitives primitives_ = world_.makePrimitives(120, 6.0, 1);
 };
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomObjects, ::testing::Range(1U, 9U));
+
+TEST_P(RandomObjects, FollowTheReachOfTheirPrimitivesWhenItIsTurned) {
+  const TaskList& tasks = world_.tasks();
+  // Far apart, so that it matters.
+  const Primitives primitives = world_.makePrimitives(120, 14.0, 1);
+  SceneGraphConfig config;
+  ObjectLayer layer(config);
+  layer.setTasks(tasks);
+  layer.add(primitives);
+  const auto before = listMembers(layer.computeObjects());
+  EXPECT_EQ(before, clusterDirectly(config, tasks, primitives));
+  config.object_reach = 0.5;
+  layer.setConfig(config);
+  const auto reaching = listMembers(layer.computeObjects());
+  EXPECT_EQ(reaching, clusterDirectly(config, tasks, primitives));
+  EXPECT_LT(reaching.size(), before.size());
+  layer.setConfig({});
+  EXPECT_EQ(listMembers(layer.computeObjects()), before);
+}
 
 TEST_P(RandomObjects, AreTheRelevantClustersOfABatchRunHoweverPrimitivesArrive) {
   SceneGraphConfig config;
