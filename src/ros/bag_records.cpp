@@ -18,7 +18,14 @@ constexpr std::uint64_t kLength = 4;        // bytes of a length
 constexpr std::uint64_t kLargestHeader = 1U << 24U;
 constexpr std::uint64_t kIndexEntry = 12;  // a stamp, and an offset into the chunk
 
-enum class Op : std::uint8_t { kMessage = 2, kBagHeader = 3, kIndex = 4, kChunk = 5, kInfo = 6 };
+enum class Op : std::uint8_t {
+  kMessage = 2,
+  kBagHeader = 3,
+  kIndex = 4,
+  kChunk = 5,
+  kInfo = 6,
+  kConnection = 7
+};
 
 [[noreturn]] void fail(std::uint64_t position, const std::string& what) {
   throw std::runtime_error("at byte " + std::to_string(position) + ": " + what);
@@ -36,10 +43,29 @@ T toNumber(const std::string& bytes, std::uint64_t position, const std::string& 
   return number;
 }
 
+using Fields = std::map<std::string, std::string>;
+
+/// @param position  of the record, for what is said of it
+Fields parseFields(const std::string& bytes, std::uint64_t position) {
+  Fields fields;
+  for (std::uint64_t at = 0; at < bytes.size();) {
+    if (bytes.size() - at < kLength) fail(position, "a field of the header has no length");
+    const auto size = toNumber<std::uint32_t>(bytes.substr(at, kLength), position, "length");
+    at += kLength;
+    const std::uint64_t equals = bytes.find('=', at);
+    if (size > bytes.size() - at || equals >= at + size) {
+      fail(position, "a field of the header is not of the form 'name=value'");
+    }
+    fields[bytes.substr(at, equals - at)] = bytes.substr(equals + 1, at + size - equals - 1);
+    at += size;
+  }
+  return fields;
+}
+
 /// A header of named fields, then data.
 struct Record {
   std::uint64_t position = 0;
-  std::map<std::string, std::string> fields;
+  Fields fields;
   std::uint64_t data_position = 0;
   std::uint64_t data_size = 0;
 
@@ -63,6 +89,7 @@ class BagChecker {
     const auto encryptor = head.fields.find("encryptor");
     is_encrypted_ = encryptor != head.fields.end() && !encryptor->second.empty();
     auto position = head.number<std::uint64_t>("index_pos");
+    if (position == 0) return;  // it was not closed: there is no index yet
     const auto connections = head.number<std::uint32_t>("conn_count");
     for (std::uint32_t i = 0; i < connections; ++i) position = readRecord(position, size_).end();
     const auto chunks = head.number<std::uint32_t>("chunk_count");
@@ -100,24 +127,16 @@ class BagChecker {
       fail(position, "the header would have " + std::to_string(header_size) + " bytes");
     }
     const std::string header = readBytes(position + kLength, header_size, limit);
-    for (std::uint64_t at = 0; at < header.size();) {
-      if (header.size() - at < kLength) fail(position, "a field of the header has no length");
-      const auto size = toNumber<std::uint32_t>(header.substr(at, kLength), position, "length");
-      at += kLength;
-      const std::uint64_t equals = header.find('=', at);
-      if (size > header.size() - at || equals >= at + size) {
-        fail(position, "a field of the header is not of the form 'name=value'");
-      }
-      record.fields[header.substr(at, equals - at)] =
-          header.substr(equals + 1, at + size - equals - 1);
-      at += size;
-    }
+    record.fields = parseFields(header, position);
     const std::uint64_t after = position + kLength + header.size();
     record.data_size = readLength(after, limit);
     record.data_position = after + kLength;
     if (record.data_size > limit - record.data_position) {
       fail(position,
            "the data is " + std::to_string(record.data_size) + " bytes, beyond what it is in");
+    }
+    if (!is_encrypted_ && record.fields.count("op") > 0 && record.is(Op::kConnection)) {
+      parseFields(readBytes(record.data_position, record.data_size, limit), position);
     }
     return record;
   }

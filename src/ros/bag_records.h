@@ -5,9 +5,10 @@
 
 namespace tsg::ros_interface {
 
-/// Looks whether a bag's index and the lengths within its chunks stay within the chunks: rosbag
-/// trusts both, and reads memory that is not a message's where one of them is damaged
-/// (http://wiki.ros.org/Bags/Format/2.0).
+/// Looks whether the lengths within a bag's records, its index and its chunks stay within these:
+/// rosbag trusts all of them, and reads memory that is not the bag's where one is damaged
+/// (http://wiki.ros.org/Bags/Format/2.0). To be called before rosbag opens it. Of a bag that was
+/// not closed, which rosbag refuses by itself, only the first record is looked at.
 ///
 /// Of compressed chunks only the index is looked at; their content has checksums of its own.
 /// O(messages) small reads.

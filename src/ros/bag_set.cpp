@@ -56,9 +56,8 @@ void checkFile(const std::string& path) {
 std::unique_ptr<rosbag::Bag> open(const std::string& path) {
   checkFile(path);
   try {
-    auto bag = std::make_unique<rosbag::Bag>(path, rosbag::bagmode::Read);
     checkBagRecords(path);
-    return bag;
+    return std::make_unique<rosbag::Bag>(path, rosbag::bagmode::Read);
   } catch (const rosbag::BagUnindexedException&) {
     fail(path, "it was not closed (the recorder was killed); run 'rosbag reindex " + path + "'");
   } catch (const std::exception& e) {

@@ -180,7 +180,7 @@ std::string formatSize(cv::Size size) {
 
 void checkSize(const sensor_msgs::CameraInfo& info, cv::Size size, const std::string& topic) {
   const cv::Size expected = expectedSize(info);
-  if (expected.area() == 0 || expected == size) return;
+  if (expected.width == 0 || expected.height == 0 || expected == size) return;
   throw InputError("camera_info on " + topic + " is for " + formatSize(expected) +
                        ", the colour images are " + formatSize(size) +
                        "; expected the camera_info of these images (input/camera_info_topic, or "
