@@ -267,8 +267,9 @@ TEST(SceneGraphMarkers, ChangesOneAfterTheOtherGiveThePictureOfTheNewestGraph) {
 
 TEST(SceneGraphMarkers, ObjectsOfATaskThatStandTogetherHaveOneLabelWithTheirNumber) {
   scene_graph::SceneGraph graph = makeGraph();
+  const scene_graph::SceneObject first = graph.objects.front();
   const auto addObject = [&](std::uint64_t id, int task, double x_m) {
-    scene_graph::SceneObject object = graph.objects.front();
+    scene_graph::SceneObject object = first;
     object.id = {id};
     object.task_index = task;
     object.task = graph.object_tasks[static_cast<std::size_t>(task)];
