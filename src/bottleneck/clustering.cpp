@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "task_scene_graph/bottleneck/clustering.h"
 
+#include <memory>
 #include <stdexcept>
 #include <utility>
 
@@ -41,16 +42,27 @@ void IncrementalClustering::setTasks(const EmbeddingMatrix& tasks) {
 }
 
 void IncrementalClustering::insert(NodeKey key, const Embedding& embedding, const Aabb& box) {
-  state_->checkDimension(embedding, key);
-  state_->markScoresPending(state_->graph_.insert(key, embedding, box));
-  state_->dimension_ = embedding.size();
+  insert(key, std::make_shared<const Embedding>(embedding), box);
+}
+
+void IncrementalClustering::insert(NodeKey key, std::shared_ptr<const Embedding> embedding,
+                                   const Aabb& box) {
+  state_->checkDimension(*embedding, key);
+  const Eigen::Index dimension = embedding->size();
+  state_->markScoresPending(state_->graph_.insert(key, std::move(embedding), box));
+  state_->dimension_ = dimension;
   state_->is_cut_stale_ = true;
 }
 
 void IncrementalClustering::update(NodeKey key, const Embedding& embedding, const Aabb& box) {
+  update(key, std::make_shared<const Embedding>(embedding), box);
+}
+
+void IncrementalClustering::update(NodeKey key, std::shared_ptr<const Embedding> embedding,
+                                   const Aabb& box) {
   const Slot slot = state_->graph_.find(key);
-  state_->checkDimension(embedding, key);
-  if (state_->graph_.update(slot, embedding, box)) state_->markScoresPending(slot);
+  state_->checkDimension(*embedding, key);
+  if (state_->graph_.update(slot, std::move(embedding), box)) state_->markScoresPending(slot);
 }
 
 void IncrementalClustering::erase(NodeKey key) {

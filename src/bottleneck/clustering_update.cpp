@@ -84,7 +84,8 @@ void ClusteringState::updateScores() {
     const std::size_t begin = block * kBlock;
     const std::size_t end = std::min(begin + kBlock, slots.size());
     std::vector<const Embedding*> embeddings;
-    for (std::size_t i = begin; i < end; ++i) embeddings.push_back(&graph_[slots[i]].embedding);
+    for (std::size_t i = begin; i < end; ++i)
+      embeddings.push_back(graph_[slots[i]].embedding.get());
     std::vector<std::vector<double>> scores = scorer_.computeScores(embeddings);  // phi
     for (std::size_t i = begin; i < end; ++i) {
       graph_[slots[i]].scores = std::move(scores[i - begin]);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <iterator>
 #include <stdexcept>
+#include <utility>
 
 namespace tsg::bottleneck {
 namespace {
@@ -37,7 +38,8 @@ bool isSame(const Embedding& a, const Embedding& b) { return a.size() == b.size(
 
 std::string describeKey(NodeKey key) { return "primitive " + std::to_string(key); }
 
-Slot PrimitiveGraph::insert(NodeKey key, const Embedding& embedding, const Aabb& box) {
+Slot PrimitiveGraph::insert(NodeKey key, std::shared_ptr<const Embedding> embedding,
+                            const Aabb& box) {
   if (contains(key)) throw std::invalid_argument(describeKey(key) + " is already there");
   checkBox(box, key);
   if (free_.empty()) {
@@ -48,23 +50,24 @@ Slot PrimitiveGraph::insert(NodeKey key, const Embedding& embedding, const Aabb&
   free_.pop_back();
   slots_[key] = slot;
   table_[slot].key = key;
-  table_[slot].embedding = embedding;
+  table_[slot].embedding = std::move(embedding);
   table_[slot].is_alive = true;
   setPendingBox(slot, box);
   markTouched(slot);
   return slot;
 }
 
-bool PrimitiveGraph::update(Slot slot, const Embedding& embedding, const Aabb& box) {
+bool PrimitiveGraph::update(Slot slot, std::shared_ptr<const Embedding> embedding,
+                            const Aabb& box) {
   Primitive& primitive = table_[slot];
   checkBox(box, primitive.key);
   if (!isSame(box, primitive.box)) {
     unindexBox(slot);
     setPendingBox(slot, box);
   }
-  if (isSame(primitive.embedding, embedding)) return false;
-  primitive.embedding = embedding;
-  return true;
+  const bool has_changed = !isSame(*primitive.embedding, *embedding);
+  primitive.embedding = std::move(embedding);  // also an equal one: the former owner may go
+  return has_changed;
 }
 
 void PrimitiveGraph::erase(Slot slot) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -25,7 +26,7 @@ class PrimitiveGraph {
  public:
   struct Primitive {
     NodeKey key = 0;
-    Embedding embedding;
+    std::shared_ptr<const Embedding> embedding;  ///< not null while it is alive
     Aabb box;
     std::vector<double> scores;    ///< phi_1..phi_M; filled by the engine
     SparseMasses relevance;        ///< p(y|x); filled by the engine
@@ -41,9 +42,9 @@ class PrimitiveGraph {
   explicit PrimitiveGraph(Adjacency adjacency) : adjacency_(adjacency) {}
 
   /// @throws std::invalid_argument if the key is taken.
-  Slot insert(NodeKey key, const Embedding& embedding, const Aabb& box);
+  Slot insert(NodeKey key, std::shared_ptr<const Embedding> embedding, const Aabb& box);
   /// Returns whether the embedding changed.
-  bool update(Slot slot, const Embedding& embedding, const Aabb& box);
+  bool update(Slot slot, std::shared_ptr<const Embedding> embedding, const Aabb& box);
   void erase(Slot slot);
   /// False if the edge was there already. @throws std::invalid_argument if a == b.
   bool insertEdge(Slot a, Slot b);

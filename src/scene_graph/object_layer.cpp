@@ -2,6 +2,7 @@
 #include "task_scene_graph/scene_graph/object_layer.h"
 
 #include <algorithm>
+#include <memory>
 #include <stdexcept>
 #include <utility>
 
@@ -95,10 +96,12 @@ void ObjectLayer::cluster(const ObjectPrimitive& primitive) {
   if (hasDirection(primitive.embedding)) {
     embedding_size_ = primitive.embedding.size();
     const Aabb box = bottleneck::extendByReach(primitive.box, config_.object_reach);
+    // Shared with the primitive, not copied.
+    std::shared_ptr<const Embedding> embedding(primitives_.at(key), &primitive.embedding);
     if (is_clustered) {
-      clustering_->update(key, primitive.embedding, box);
+      clustering_->update(key, std::move(embedding), box);
     } else {
-      clustering_->insert(key, primitive.embedding, box);
+      clustering_->insert(key, std::move(embedding), box);
     }
   } else if (is_clustered) {
     clustering_->erase(key);

@@ -66,6 +66,9 @@ class IncrementalClustering {
   void insert(NodeKey key, const Embedding& embedding, const Aabb& box = {});
   /// Replaces embedding and box. @throws as insert, and if the key is not there.
   void update(NodeKey key, const Embedding& embedding, const Aabb& box = {});
+  /// The same with an embedding that is shared instead of copied: not null, and never changes.
+  void insert(NodeKey key, std::shared_ptr<const Embedding> embedding, const Aabb& box = {});
+  void update(NodeKey key, std::shared_ptr<const Embedding> embedding, const Aabb& box = {});
   /// @throws std::invalid_argument if the key is not there.
   void erase(NodeKey key);
   bool contains(NodeKey key) const;
