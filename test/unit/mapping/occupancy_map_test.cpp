@@ -265,7 +265,11 @@ TEST(OccupancyMap, OctomapReadsItsFiles) {
   testing::internal::CaptureStderr();
   map.write(folder.path() / "map.bt");
   map.write(folder.path() / "map.ot");
-  EXPECT_EQ(testing::internal::GetCapturedStdout() + testing::internal::GetCapturedStderr(), "");
+  const std::string said =
+      testing::internal::GetCapturedStdout() + testing::internal::GetCapturedStderr();
+#ifdef NDEBUG  // else OctoMap's headers tell of their progress
+  EXPECT_EQ(said, "");
+#endif
   octomap::OcTree binary(1.0);
   ASSERT_TRUE(binary.readBinary((folder.path() / "map.bt").string()));
   EXPECT_DOUBLE_EQ(binary.getResolution(), 0.1);
