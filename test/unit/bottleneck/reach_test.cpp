@@ -21,8 +21,10 @@ TEST(Reach, OfZeroAndOfNothingChangesNothing) {
 
 TEST(Reach, JoinsLargeThingsAcrossAGapThatPartsSmallOnes) {
   const auto areNeighbours = [](double side_m) {
-    const Aabb a = makeAabb(Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(side_m));
-    const Aabb b = a.translated(Eigen::Vector3d(side_m + 0.08, 0.0, 0.0));
+    const Eigen::Vector3d side = Eigen::Vector3d::Constant(side_m);
+    const Eigen::Vector3d corner(side_m + 0.08, 0.0, 0.0);
+    const Aabb a = makeAabb(Eigen::Vector3d::Zero(), side);
+    const Aabb b = makeAabb(corner, corner + side);
     return hasOverlap(extendByReach(a, 0.15), extendByReach(b, 0.15));
   };
   EXPECT_TRUE(areNeighbours(0.5));
