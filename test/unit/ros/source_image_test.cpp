@@ -69,7 +69,7 @@ std::vector<std::uint8_t> encodeRvl(const cv::Mat& depth) {
     put(static_cast<std::uint32_t>(values));
     for (int k = i + zeros; k < i + zeros + values; ++k) {
       const int delta = pixels[k] - previous;
-      put(static_cast<std::uint32_t>((delta << 1) ^ (delta >> 31)));
+      put(static_cast<std::uint32_t>((2 * delta) ^ (delta >> 31)));
       previous = pixels[k];
     }
     i += zeros + values;
