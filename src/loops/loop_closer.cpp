@@ -5,10 +5,12 @@
 #include <cmath>
 
 #include "task_scene_graph/config/config.h"
+#include "task_scene_graph/trajectory/se3.h"
 
 namespace tsg::loops {
 namespace {
 
+using trajectory::computeAngle;
 using trajectory::KeyframeId;
 using trajectory::PoseEdge;
 using trajectory::Verdict;
@@ -16,10 +18,6 @@ using trajectory::Verdict;
 constexpr double kScorePerLandmark = 0.03;  ///< as much as this much more cosine
 constexpr std::size_t kMostCounted = 10;    ///< landmarks
 constexpr double kScorePerMetre = 0.05;     ///< less, as odometry is not all wrong
-
-double computeAngle(const Pose& motion) {
-  return Eigen::AngleAxisd(Eigen::Quaterniond(motion.linear())).angle();
-}
 
 std::string toNumber(double value) {
   std::string text = std::to_string(value);

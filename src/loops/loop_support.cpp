@@ -5,16 +5,14 @@
 #include <limits>
 
 #include "task_scene_graph/config/config.h"
+#include "task_scene_graph/trajectory/se3.h"
 
 namespace tsg::loops {
 namespace {
 
+using trajectory::computeAngle;
 using trajectory::KeyframeId;
 using trajectory::PoseEdge;
-
-double computeAngle(const Pose& motion) {
-  return Eigen::AngleAxisd(Eigen::Quaterniond(motion.linear())).angle();
-}
 
 /// Largest variances of an edge, of position and of angle.
 std::pair<double, double> computeVariances(const PoseEdge& edge) {

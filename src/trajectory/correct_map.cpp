@@ -10,11 +10,10 @@
 #include "task_scene_graph/map/moving.h"
 #include "task_scene_graph/places/move_memory.h"
 #include "task_scene_graph/places/place_extractor.h"
+#include "task_scene_graph/trajectory/se3.h"
 
 namespace tsg::trajectory {
 namespace {
-
-bool isIdentity(const Pose& pose) { return pose.matrix() == Pose::Identity().matrix(); }
 
 void movePrimitives(const Keyframes& before, const Correction& correction, int num_threads,
                     CorrectedMap& result) {

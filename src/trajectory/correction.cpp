@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "task_scene_graph/core/find_by_id.h"
+#include "task_scene_graph/trajectory/se3.h"
 
 namespace tsg::trajectory {
 namespace {
@@ -63,15 +64,13 @@ Pose blend(const std::vector<std::pair<Pose, double>>& motions) {
     return isSame(motion.first, first);
   });
   if (are_alike) return first;
-  const Eigen::Quaterniond pivot(first.linear());
+  const Eigen::Vector4d pivot = Eigen::Quaterniond(first.linear()).coeffs();
   Eigen::Vector4d turn = Eigen::Vector4d::Zero();
   Eigen::Vector4d shift = Eigen::Vector4d::Zero();  // of the dual part
   for (const auto& [motion, share] : motions) {
-    const Eigen::Quaterniond q(motion.linear());
-    const Eigen::Vector3d t = motion.translation();
-    const double signed_share = q.dot(pivot) < 0.0 ? -share : share;
-    turn += signed_share * q.coeffs();
-    shift += 0.5 * signed_share * (Eigen::Quaterniond(0.0, t.x(), t.y(), t.z()) * q).coeffs();
+    const DualQuaternion q = toDualQuaternion(motion, pivot);
+    turn += share * q.turn;
+    shift += share * q.shift;
   }
   const double norm = turn.norm();
   const Eigen::Quaterniond real(Eigen::Vector4d(turn / norm));

@@ -13,8 +13,6 @@ namespace {
 using mapping::GridIndex;
 using Node = std::pair<Eigen::Vector3d, Pose>;
 
-bool isIdentity(const Pose& pose) { return pose.matrix() == Pose::Identity().matrix(); }
-
 /// A node by its distance.
 struct Near {
   double distance_m = 0.0;
@@ -124,15 +122,11 @@ void Deformation::addCell(const GridIndex& index) {
   Cell& cell = found->second;
   cell.motion = cornerAt(index);
   cell.are_alike = true;
+  const Eigen::Vector4d pivot = Eigen::Quaterniond(cell.motion.linear()).coeffs();
   for (int i = 0; i < 8; ++i) {
     const Pose& motion = cornerAt(index + GridIndex(i & 1, (i >> 1) & 1, i >> 2));
     cell.are_alike = cell.are_alike && motion.matrix() == cell.motion.matrix();
-    DualQuaternion& corner = cell.corners[static_cast<std::size_t>(i)];
-    Eigen::Quaterniond q(motion.linear());
-    if (q.coeffs().dot(cell.corners[0].turn) < 0.0 && i > 0) q.coeffs() = -q.coeffs();
-    const Eigen::Vector3d t = motion.translation();
-    corner.turn = q.coeffs();
-    corner.shift = 0.5 * (Eigen::Quaterniond(0.0, t.x(), t.y(), t.z()) * q).coeffs();
+    cell.corners[static_cast<std::size_t>(i)] = toDualQuaternion(motion, pivot);
   }
   cell.is_still = cell.are_alike && isIdentity(cell.motion);
 }

@@ -7,15 +7,12 @@
 
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/core/find_by_id.h"
+#include "task_scene_graph/trajectory/se3.h"
 
 namespace tsg::trajectory {
 namespace {
 
 constexpr double kLeastWay_m = 0.01;  ///< no edge is surer than after this
-
-double computeAngle(const Pose& motion) {
-  return Eigen::AngleAxisd(Eigen::Quaterniond(motion.linear())).angle();
-}
 
 std::string describeStamp(Stamp stamp) { return "stamp " + std::to_string(stamp.ns) + " ns"; }
 

@@ -17,10 +17,6 @@ constexpr std::size_t kLeastPoses = 2;
 constexpr double kSameMotion_m = 0.02;  ///< of one keyframe and of what is seen before the next
 constexpr double kSameTurn_rad = 0.005;
 
-double computeAngle(const Pose& motion) {
-  return Eigen::AngleAxisd(Eigen::Quaterniond(motion.linear())).angle();
-}
-
 std::string describeSpan(const Trajectory& trajectory) {
   std::ostringstream text;
   text.precision(14);

@@ -20,6 +20,19 @@ bool isRigid(const Pose& pose) {
   return (R * R.transpose()).isIdentity(kRotationTolerance) && R.determinant() > 0.0;
 }
 
+bool isIdentity(const Pose& pose) { return pose.matrix() == Pose::Identity().matrix(); }
+
+double computeAngle(const Pose& motion) {
+  return Eigen::AngleAxisd(Eigen::Quaterniond(motion.linear())).angle();
+}
+
+DualQuaternion toDualQuaternion(const Pose& motion, const Eigen::Vector4d& pivot) {
+  Eigen::Quaterniond q(motion.linear());
+  if (q.coeffs().dot(pivot) < 0.0) q.coeffs() = -q.coeffs();
+  const Eigen::Vector3d t = motion.translation();
+  return {q.coeffs(), 0.5 * (Eigen::Quaterniond(0.0, t.x(), t.y(), t.z()) * q).coeffs()};
+}
+
 Vector6d toVector(const Pose& motion) {
   const Eigen::Quaterniond q(motion.linear());
   Vector6d vector;

@@ -9,6 +9,7 @@
 #include "task_scene_graph/core/mesh.h"
 #include "task_scene_graph/mapping/tsdf_volume.h"
 #include "task_scene_graph/trajectory/correction.h"
+#include "task_scene_graph/trajectory/se3.h"
 
 namespace tsg::trajectory {
 
@@ -56,11 +57,6 @@ class Deformation {
   bool moveVertices(Mesh& mesh);
 
  private:
-  /// A motion as a dual quaternion.
-  struct DualQuaternion {
-    Eigen::Vector4d turn = Eigen::Vector4d::UnitW();
-    Eigen::Vector4d shift = Eigen::Vector4d::Zero();
-  };
   struct Cell {
     std::array<DualQuaternion, 8> corners;  ///< x fastest; on one side of the double cover
     Pose motion = Pose::Identity();         ///< of the first corner
