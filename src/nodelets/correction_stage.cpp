@@ -18,32 +18,6 @@ constexpr double kTfMemory_s = 12.0;
 constexpr auto kHold = std::chrono::seconds(20);  ///< a save that ended without a word
 constexpr auto kMaxWait = std::chrono::seconds(60);
 
-double computeAngle(const Pose& motion) {
-  return Eigen::AngleAxisd(Eigen::Quaterniond(motion.linear())).angle();
-}
-
-bool isIdentity(const Pose& pose) { return pose.matrix() == Pose::Identity().matrix(); }
-
-/// @throws std::invalid_argument for what is not finite or has no rotation.
-Pose toPose(const geometry_msgs::Pose& pose) {
-  geometry_msgs::Transform transform;
-  transform.translation.x = pose.position.x;
-  transform.translation.y = pose.position.y;
-  transform.translation.z = pose.position.z;
-  transform.rotation = pose.orientation;
-  return ros_interface::toPose(transform);
-}
-
-geometry_msgs::Pose toMessage(const Pose& pose) {
-  const geometry_msgs::Transform transform = ros_interface::toTransform(pose);
-  geometry_msgs::Pose message;
-  message.position.x = transform.translation.x;
-  message.position.y = transform.translation.y;
-  message.position.z = transform.translation.z;
-  message.orientation = transform.rotation;
-  return message;
-}
-
 std::string describePose(const nav_msgs::Path& path, std::size_t i) {
   return "pose " + std::to_string(i + 1) + " of " + std::to_string(path.poses.size());
 }
@@ -77,8 +51,8 @@ CorrectionStage::CorrectionStage(ros::NodeHandle& handle, const Options& options
 }
 
 Pose CorrectionStage::toWorld(const RgbdFrame& frame) const {
-  return isIdentity(*T_world_odometry_) ? frame.T_world_camera
-                                        : *T_world_odometry_ * frame.T_world_camera;
+  return trajectory::isIdentity(*T_world_odometry_) ? frame.T_world_camera
+                                                    : *T_world_odometry_ * frame.T_world_camera;
 }
 
 void CorrectionStage::placeNew(const RgbdFramePtr& frame,
@@ -129,7 +103,7 @@ void CorrectionStage::followTf(const RgbdFrame& frame) {
   }
   const Pose motion = *newest * T_world_odometry_->inverse();
   const Eigen::Vector3d camera_m = toWorld(frame).translation();
-  if (!isWorthIt((motion * camera_m - camera_m).norm(), computeAngle(motion))) return;
+  if (!isWorthIt((motion * camera_m - camera_m).norm(), trajectory::computeAngle(motion))) return;
   if (own_.isEmpty()) {
     T_world_odometry_ = newest;
     return;
@@ -205,7 +179,7 @@ Trajectory CorrectionStage::readPath(const nav_msgs::Path& path) const {
                                   " s, expected one above 0 and after the pose before");
     }
     try {
-      trajectory.add(stamp, toPose(pose.pose));
+      trajectory.add(stamp, ros_interface::toPose(pose.pose));
     } catch (const std::invalid_argument& e) {
       throw std::invalid_argument(describePose(path, i) + ": " + e.what());
     }
@@ -307,7 +281,7 @@ void CorrectionStage::publish(const ros::Publisher& publisher, const Trajectory&
     geometry_msgs::PoseStamped pose;
     pose.header.frame_id = options_.world_frame;
     pose.header.stamp = ros_interface::toRosTime(keyframe.stamp);
-    pose.pose = toMessage(keyframe.T_world_camera);
+    pose.pose = ros_interface::toPoseMessage(keyframe.T_world_camera);
     path.poses.push_back(pose);
   }
   publisher.publish(path);

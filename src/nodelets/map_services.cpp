@@ -39,15 +39,6 @@ class AtEnd {
   std::function<void()> action_;
 };
 
-Pose toPose(const geometry_msgs::Pose& pose) {
-  geometry_msgs::Transform transform;
-  transform.translation.x = pose.position.x;
-  transform.translation.y = pose.position.y;
-  transform.translation.z = pose.position.z;
-  transform.rotation = pose.orientation;
-  return ros_interface::toPose(transform);
-}
-
 /// What has come since a map was loaded into the stage before: kept beside the map.
 struct NewerThings {
   std::vector<ObjectPrimitivePtr> primitives;
@@ -309,7 +300,7 @@ map::Map MapServices::mergeFiles(const msg::MergeMapRequest& request,
                                  const fs::path& current) const {
   map::MergeOptions options;
   options.is_transform_given = request.has_transform != 0;
-  if (options.is_transform_given) options.T_a_b = toPose(request.transform);
+  if (options.is_transform_given) options.T_a_b = ros_interface::toPose(request.transform);
   options.name_b = request.folder;
   map::LoadedMap now = map::loadMap(current);
   options.places = map::readSettings<places::PlacesConfig>(current, "mesh_fusion", "places");

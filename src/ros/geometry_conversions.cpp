@@ -66,6 +66,25 @@ geometry_msgs::Transform toTransform(const Pose& pose) {
   return transform;
 }
 
+Pose toPose(const geometry_msgs::Pose& pose) {
+  geometry_msgs::Transform transform;
+  transform.translation.x = pose.position.x;
+  transform.translation.y = pose.position.y;
+  transform.translation.z = pose.position.z;
+  transform.rotation = pose.orientation;
+  return toPose(transform);
+}
+
+geometry_msgs::Pose toPoseMessage(const Pose& pose) {
+  const geometry_msgs::Transform transform = toTransform(pose);
+  geometry_msgs::Pose message;
+  message.position.x = transform.translation.x;
+  message.position.y = transform.translation.y;
+  message.position.z = transform.translation.z;
+  message.orientation = transform.rotation;
+  return message;
+}
+
 Eigen::Vector3d toVector(const geometry_msgs::Point& point) { return {point.x, point.y, point.z}; }
 
 geometry_msgs::Point toPoint(const Eigen::Vector3d& vector) {

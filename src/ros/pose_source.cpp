@@ -89,15 +89,6 @@ std::optional<Stamp> findNewest(const tf2::BufferCore& tf, const std::string& ta
   }
 }
 
-Pose toPose(const geometry_msgs::Pose& pose) {
-  geometry_msgs::Transform transform;
-  transform.translation.x = pose.position.x;
-  transform.translation.y = pose.position.y;
-  transform.translation.z = pose.position.z;
-  transform.rotation = pose.orientation;
-  return ros_interface::toPose(transform);
-}
-
 PoseSource::Answer explainHole(const TransformHistory::Gap& hole, Stamp stamp, double limit_s) {
   PoseSource::Answer answer;
   answer.reason = "hole in tf";

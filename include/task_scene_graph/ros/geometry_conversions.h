@@ -2,6 +2,7 @@
 #pragma once
 
 #include <geometry_msgs/Point.h>
+#include <geometry_msgs/Pose.h>
 #include <geometry_msgs/Transform.h>
 #include <ros/time.h>
 
@@ -25,7 +26,9 @@ Stamp toStamp(const ::ros::Time& time);
 /// The rotation is normalised. @throws std::invalid_argument if a value is not finite or the
 /// quaternion has no length.
 Pose toPose(const geometry_msgs::Transform& transform);
+Pose toPose(const geometry_msgs::Pose& pose);
 geometry_msgs::Transform toTransform(const Pose& pose);
+geometry_msgs::Pose toPoseMessage(const Pose& pose);
 
 Eigen::Vector3d toVector(const geometry_msgs::Point& point);
 geometry_msgs::Point toPoint(const Eigen::Vector3d& vector);
