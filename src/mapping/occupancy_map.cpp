@@ -11,6 +11,7 @@
 
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/core/files.h"
+#include "task_scene_graph/mapping/moved_voxels.h"
 #include "task_scene_graph/mapping/tsdf_integrator.h"
 
 namespace tsg::mapping {
@@ -30,14 +31,11 @@ std::optional<octomap::OcTreeKey> toKey(const GridIndex& index) {
   return octomap::OcTreeKey(cast(key.x()), cast(key.y()), cast(key.z()));
 }
 
-/// Of kBlockSide^3 voxels.
-GridIndex toBlock(const GridIndex& voxel) { return TsdfVolume::computeBlockIndex(voxel); }
-
 /// The blocks that voxels lie in, ascending.
 std::vector<GridIndex> listBlocks(const std::vector<OccupancyVoxel>& voxels) {
   std::vector<GridIndex> blocks;
   for (const OccupancyVoxel& voxel : voxels) {
-    const GridIndex block = toBlock(voxel.index);
+    const GridIndex block = TsdfVolume::computeBlockIndex(voxel.index);
     if (blocks.empty() || blocks.back() != block) blocks.push_back(block);
   }
   std::sort(blocks.begin(), blocks.end(), isBefore);
@@ -164,39 +162,16 @@ OccupancyMap OccupancyMap::moved(
   result.counters_ = counters_;
   result.tree_->octree.enableChangeDetection(false);
   for (const GridIndex& block : listBlocks(voxels())) {
-    const Eigen::Vector3d middle_m =
-        (block.cast<double>().array() + 0.5) * (kBlockSide * config_.resolution_m);
-    result.addBlock(*this, block, motion(middle_m));
+    forEachMovedVoxel(block, config_.resolution_m,
+                      motion(computeBlockMiddle(block, config_.resolution_m)),
+                      [&](const GridIndex& target, const GridIndex& source) {
+                        result.addVoxel(target, *this, source);
+                      });
   }
   result.tree_->octree.updateInnerOccupancy();
   result.tree_->octree.prune();
   result.tree_->octree.enableChangeDetection(true);
   return result;
-}
-
-/// Voxels here ask for the voxel there in which their centre lies, so there are no holes.
-void OccupancyMap::addBlock(const OccupancyMap& other, const GridIndex& block,
-                            const Pose& T_here_there) {
-  const double side_m = kBlockSide * config_.resolution_m;
-  const Eigen::AlignedBox3d there(block.cast<double>() * side_m,
-                                  (block.array() + 1).matrix().cast<double>() * side_m);
-  Eigen::AlignedBox3d here;
-  for (int corner = 0; corner < 8; ++corner) {
-    here.extend(T_here_there * there.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner)));
-  }
-  const auto toVoxel = [&](const Eigen::Vector3d& p_m) -> GridIndex {
-    return (p_m / config_.resolution_m).array().floor().cast<int>();
-  };
-  const Pose T_there_here = T_here_there.inverse();
-  const GridIndex first = toVoxel(here.min());
-  const GridIndex size = toVoxel(here.max()) - first + GridIndex::Ones();
-  for (int i = 0; i < size.prod(); ++i) {
-    const GridIndex voxel =
-        first + GridIndex(i % size.x(), i / size.x() % size.y(), i / (size.x() * size.y()));
-    const Eigen::Vector3d center_m = (voxel.cast<double>().array() + 0.5) * config_.resolution_m;
-    const GridIndex from = toVoxel(T_there_here * center_m);
-    if (toBlock(from) == block) addVoxel(voxel, other, from);
-  }
 }
 
 void OccupancyMap::addVoxel(const GridIndex& voxel, const OccupancyMap& other,

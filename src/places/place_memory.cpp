@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "place_layers.h"
+#include "task_scene_graph/mapping/moved_voxels.h"
 #include "task_scene_graph/places/move_memory.h"
 #include "task_scene_graph/places/place_extractor.h"
 
@@ -41,28 +42,11 @@ class VoxelGatherer {
     for (VoxelBlock& block : blocks) blocks_[toKey(block.index)] = block;
   }
 
-  /// Target voxels ask for the source voxel in which their centre lies, so there are no holes.
   void add(const VoxelBlock& block, const Pose& T_target_source) {
-    const Pose T_source_target = T_target_source.inverse();
-    Aabb box;
-    const double side_m = size_m_ * mapping::kBlockSide;
-    const Aabb source(block.index.cast<double>() * side_m,
-                      (block.index.array() + 1).matrix().cast<double>() * side_m);
-    for (int corner = 0; corner < 8; ++corner) {
-      box.extend(T_target_source * source.corner(static_cast<Aabb::CornerType>(corner)));
-    }
-    const GridIndex first = toVoxel(box.min());
-    const GridIndex last = toVoxel(box.max());
-    for (int z = first.z(); z <= last.z(); ++z) {
-      for (int y = first.y(); y <= last.y(); ++y) {
-        for (int x = first.x(); x <= last.x(); ++x) {
-          const Eigen::Vector3d center_m = (Eigen::Vector3d(x, y, z).array() + 0.5) * size_m_;
-          const GridIndex from = toVoxel(T_source_target * center_m);
-          if (mapping::TsdfVolume::computeBlockIndex(from) != block.index) continue;
-          put({x, y, z}, block.distances_m[offsetOf(from)]);
-        }
-      }
-    }
+    mapping::forEachMovedVoxel(block.index, size_m_, T_target_source,
+                               [&](const GridIndex& target, const GridIndex& source) {
+                                 put(target, block.distances_m[offsetOf(source)]);
+                               });
   }
 
   /// Ascending by (x, y, z).
@@ -79,9 +63,6 @@ class VoxelGatherer {
   static std::size_t offsetOf(const GridIndex& voxel) {
     return static_cast<std::size_t>(
         mapping::TsdfBlock::computeLinearIndex(mapping::TsdfVolume::computeLocalIndex(voxel)));
-  }
-  GridIndex toVoxel(const Eigen::Vector3d& p_m) const {
-    return (p_m / size_m_).array().floor().cast<int>();
   }
   void put(const GridIndex& voxel, float distance_m) {
     if (isNotObserved(distance_m)) return;
@@ -229,10 +210,9 @@ PlaceMemory moveMemory(const PlaceMemory& memory, const MotionField& motion) {
   PlaceMemory moved = memory;
   moved.plan = GroundPlan();
   if (!memory.isEmpty()) {
-    const double side_m = memory.voxel_size_m * mapping::kBlockSide;
     VoxelGatherer voxels({}, memory.voxel_size_m);
     for (const VoxelBlock& block : memory.blocks) {
-      voxels.add(block, motion((block.index.cast<double>().array() + 0.5) * side_m));
+      voxels.add(block, motion(mapping::computeBlockMiddle(block.index, memory.voxel_size_m)));
     }
     moved.blocks = voxels.take();
   }

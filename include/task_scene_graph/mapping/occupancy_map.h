@@ -140,7 +140,6 @@ class OccupancyMap {
  private:
   struct Tree;
 
-  void addBlock(const OccupancyMap& other, const GridIndex& block, const Pose& T_here_there);
   void addVoxel(const GridIndex& voxel, const OccupancyMap& other, const GridIndex& from);
   void collectRays(const RgbdFrame& frame);
   void addRay(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& end_m);
