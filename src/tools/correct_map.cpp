@@ -7,6 +7,7 @@
 #include <string>
 
 #include "command_line.h"
+#include "saved_map.h"
 #include "task_scene_graph/map/files.h"
 #include "task_scene_graph/map/settings.h"
 #include "task_scene_graph/trajectory/outside_correction.h"
@@ -63,15 +64,12 @@ trajectory::OutsideCorrection readCorrection(const Arguments& arguments, const m
 }
 
 void run(const Arguments& arguments) {
-  map::LoadedMap loaded = map::loadMap(arguments.map);
-  for (const auto& note : loaded.notes) {
-    std::cerr << "map '" << arguments.map << "': " << note << '\n';
-  }
-  loaded.map.setOccupancy(map::readOccupancy(
+  map::Map loaded = tools::loadMap(arguments.map);
+  loaded.setOccupancy(map::readOccupancy(
       arguments.map,
       map::readSettings<mapping::OccupancyConfig>(arguments.map, "mesh_fusion", "occupancy")));
-  const auto correction = readCorrection(arguments, loaded.map);
-  auto corrected = trajectory::correctMap(loaded.map, correction.before, correction.correction);
+  const auto correction = readCorrection(arguments, loaded);
+  auto corrected = trajectory::correctMap(loaded, correction.before, correction.correction);
   if (!correction.correction.isIdentity()) {
     trajectory::joinMap(
         map::readSettings<places::PlacesConfig>(arguments.map, "mesh_fusion", "places"),
@@ -81,10 +79,10 @@ void run(const Arguments& arguments) {
   std::cout << formatCount(correction.before.list().size(), "keyframe") << " moved by up to "
             << correction.max_motion_m << " m and " << correction.max_turn_rad << " rad; "
             << formatCount(corrected.num_moved_primitives, "primitive") << " of "
-            << loaded.map.primitives().size() << " and "
+            << loaded.primitives().size() << " and "
             << formatCount(corrected.num_moved_blocks, "mesh block") << " of "
-            << loaded.map.meshBlocks().size() << " followed; "
-            << formatCount(loaded.map.objectClusters().size(), "cluster") << " became "
+            << loaded.meshBlocks().size() << " followed; "
+            << formatCount(loaded.objectClusters().size(), "cluster") << " became "
             << corrected.map.objectClusters().size() << '\n'
             << describeWritten(arguments.output, files) << '\n';
 }

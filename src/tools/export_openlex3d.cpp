@@ -8,6 +8,7 @@
 #include <string>
 
 #include "command_line.h"
+#include "saved_map.h"
 #include "task_scene_graph/evaluation/openlex3d.h"
 #include "task_scene_graph/map/files.h"
 
@@ -84,10 +85,8 @@ std::vector<scene_graph::FileObject> makeObjects(const map::Map& map) {
 
 /// A map folder keeps its meshes beside the scene graph.
 std::vector<scene_graph::FileObject> readFolder(const Arguments& arguments) {
-  const map::LoadedMap loaded = map::loadMap(arguments.map);
-  for (const auto& note : loaded.notes) std::cerr << "export_openlex3d: " << note << '\n';
-  const bool is_objects = arguments.layer == FileLayer::kObjects;
-  return is_objects ? makeObjects(loaded.map) : makePrimitives(loaded.map);
+  const map::Map map = tools::loadMap(arguments.map);
+  return arguments.layer == FileLayer::kObjects ? makeObjects(map) : makePrimitives(map);
 }
 
 std::vector<scene_graph::FileObject> readGraph(const Arguments& arguments) {

@@ -3,12 +3,12 @@
 
 #include <cstdio>
 #include <filesystem>
-#include <iostream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "saved_map.h"
 #include "task_scene_graph/evaluation/goal_scores.h"
 #include "task_scene_graph/evaluation/true_floor.h"
 #include "task_scene_graph/map/files.h"
@@ -39,17 +39,16 @@ inline evaluation::GoalScores scoreGoals(const GoalInputs& inputs,
     throw std::invalid_argument("map '" + inputs.map +
                                 "' is no folder; --true-mesh needs a map folder with places");
   }
-  const map::LoadedMap loaded = map::loadMap(inputs.map);
-  for (const auto& note : loaded.notes) std::cerr << "evaluate_scene_graph: " << note << '\n';
+  const map::Map map = loadMap(inputs.map);
   const auto places = map::readSettings<places::PlacesConfig>(inputs.map, "mesh_fusion", "places");
   evaluation::MapWays ways{
-      *loaded.map.places(), loaded.map.placeMemory()->plan,
+      *map.places(), map.placeMemory()->plan,
       map::readSettings<planning::PlannerConfig>(inputs.map, "mesh_fusion", "planner")};
   ways.planner.max_step_m = places.max_step_m;
   evaluation::TrueFloorConfig config;
   config.body_height_m = places.body_height_m;
   config.max_step_m = places.max_step_m;
-  const Eigen::Vector3d start_m = findWalkStart(loaded.map, inputs.map);
+  const Eigen::Vector3d start_m = findWalkStart(map, inputs.map);
   const auto floor =
       evaluation::computeTrueFloor(evaluation::loadMesh(inputs.mesh), start_m, config);
   return evaluation::computeGoalScores(truth, estimates, ways, floor, start_m);

@@ -16,6 +16,7 @@
 
 #include "../../nodelets/chain_config.h"
 #include "../command_line.h"
+#include "../saved_map.h"
 #include "input_options.h"
 #include "task_scene_graph/core/files.h"
 #include "task_scene_graph/map/files.h"
@@ -269,13 +270,9 @@ void goOn(const fs::path& folder, const nodelets::ChainConfig& chain,
   use.embedding_size = tasks.embeddings.cols();
   use.mesh_voxel_size_m = fusion.background.tsdf.voxel_size_m;
   use.free_space_voxel_size_m = fusion.free_space.tsdf.voxel_size_m;
-  map::LoadedMap loaded = map::loadMap(folder, use);
-  if (fusion.occupancy.enabled) {
-    loaded.map.setOccupancy(map::readOccupancy(folder, fusion.occupancy));
-  }
-  for (const auto& note : loaded.notes)
-    std::cerr << "map '" << folder.string() << "': " << note << "\n";
-  pipeline.restore(loaded.map);
+  map::Map map = tools::loadMap(folder.string(), use);
+  if (fusion.occupancy.enabled) map.setOccupancy(map::readOccupancy(folder, fusion.occupancy));
+  pipeline.restore(map);
 }
 
 void run(const Arguments& arguments) {
