@@ -5,24 +5,12 @@
 #include <stdexcept>
 #include <unordered_map>
 
-#include "task_scene_graph/core/mix_bits.h"
+#include "task_scene_graph/mapping/tsdf_volume.h"
 
 namespace tsg::loops {
 namespace {
 
 constexpr float kLargestJump = 0.05F;  ///< of depth between two pixels, as a share of the depth
-
-using Cell = Eigen::Vector3i;
-
-struct CellHash {
-  std::size_t operator()(const Cell& cell) const noexcept {
-    std::uint64_t bits = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      bits = mixBits(bits ^ static_cast<std::uint32_t>(cell(axis)));
-    }
-    return static_cast<std::size_t>(bits);
-  }
-};
 
 struct Mean {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -42,10 +30,10 @@ Points downsample(const Points& points, float voxel_m) {
   if (!(voxel_m > 0.0F)) {
     throw std::invalid_argument("voxel of " + std::to_string(voxel_m) + " m, expected above 0");
   }
-  std::unordered_map<Cell, std::size_t, CellHash> indices;
+  std::unordered_map<mapping::GridIndex, std::size_t, mapping::GridIndexHash> indices;
   std::vector<Mean> means;
   for (const Eigen::Vector3f& p : points) {
-    const Cell cell = (p / voxel_m).array().floor().cast<int>();
+    const mapping::GridIndex cell = (p / voxel_m).array().floor().cast<int>();
     const auto [entry, is_new] = indices.try_emplace(cell, means.size());
     if (is_new) means.emplace_back();
     means[entry->second].sum += p.cast<double>();
