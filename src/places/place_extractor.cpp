@@ -20,10 +20,6 @@ bool hasUsableDepth(const RgbdFrame& frame) {
          frame.depth.image.rows == frame.camera.height_px;
 }
 
-bool isUsableEmbedding(const Embedding& embedding) {
-  return embedding.size() > 0 && embedding.allFinite() && !embedding.isZero(0.0F);
-}
-
 bool isBefore(const PlaceEdge& left, const PlaceEdge& right) {
   return left.a == right.a ? left.b < right.b : left.a < right.a;
 }
@@ -164,7 +160,7 @@ void PlaceExtractor::updateEdges(const std::vector<GridIndex>& touched) {
 
 void PlaceExtractor::addView(const RgbdFrame& frame, const Embedding& image_embedding) {
   const bool fits = embedding_size_ == 0 || image_embedding.size() == embedding_size_;
-  if (!fits || !isUsableEmbedding(image_embedding) || !hasUsableDepth(frame) ||
+  if (!fits || !hasDirection(image_embedding) || !hasUsableDepth(frame) ||
       !frame.T_world_camera.matrix().allFinite()) {
     ++counters_.ignored_views;
     return;

@@ -35,10 +35,6 @@ CosineSummary summarizeCosines(const std::vector<const Embedding*>& embeddings,
   return summary;
 }
 
-bool hasDirection(const Embedding& embedding) {
-  return embedding.allFinite() && (embedding.array() != 0.0F).any();
-}
-
 void EmbeddingMean::add(const Embedding& embedding) {
   if (count_ == 0) sum_ = Eigen::VectorXd::Zero(embedding.size());
   sum_ += embedding.cast<double>();

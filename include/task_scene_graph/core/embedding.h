@@ -11,6 +11,11 @@ using Embedding = Eigen::VectorXf;
 /// One embedding per row (rows x D, row-major, as the networks write them and messages carry them).
 using EmbeddingMatrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
+/// True if every value is finite and at least one is not 0.
+inline bool hasDirection(const Embedding& embedding) {
+  return embedding.allFinite() && (embedding.array() != 0.0F).any();
+}
+
 /// Cosine of the angle between two vectors of the same length, in [-1, 1]; 0 if either is zero.
 template <typename A, typename B>
 double computeCosine(const Eigen::MatrixBase<A>& a, const Eigen::MatrixBase<B>& b) {

@@ -18,7 +18,7 @@ class SharedEmbedding {
   SharedEmbedding() = default;  ///< no embedding
   SharedEmbedding(Embedding values) {
     if (values.size() == 0) return;
-    const bool has_direction = values.allFinite() && (values.array() != 0.0F).any();
+    const bool has_direction = tsg::hasDirection(values);
     shared_ = std::make_shared<const Shared>(Shared{std::move(values), has_direction});
   }
 

@@ -33,9 +33,6 @@ struct CosineSummary {
 CosineSummary summarizeCosines(const std::vector<const Embedding*>& embeddings,
                                const bottleneck::TaskScorer& tasks);
 
-/// True if every value is finite and at least one is not 0.
-bool hasDirection(const Embedding& embedding);
-
 /// Arithmetic mean of embeddings of one size D, summed in double precision in the order given.
 class EmbeddingMean {
  public:
