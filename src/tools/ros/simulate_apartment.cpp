@@ -16,8 +16,8 @@
 
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/core/files.h"
-#include "task_scene_graph/mapping/ply.h"
 #include "task_scene_graph/core/trajectory.h"
+#include "task_scene_graph/mapping/ply.h"
 #include "task_scene_graph/ros/geometry_conversions.h"
 #include "task_scene_graph/ros/image_conversions.h"
 #include "task_scene_graph/ros/message_conversions.h"
@@ -73,8 +73,8 @@ struct Options {
   ApartmentConfig apartment;
   WalkConfig walk;
   DriftConfig drift;
-  bool drifts = false;
   CameraModel camera;
+  bool drifts() const { return drift.position_per_m != 0.0; }
   bool noise = true;
   bool segmentation = true;
   int num_threads = 1;
@@ -151,7 +151,6 @@ Options parseOptions(const std::vector<std::string>& arguments) {
   }
   if (options.output.empty()) throw std::invalid_argument("--output is missing");
   if (options.num_threads < 1) throw std::invalid_argument("--threads, expected at least 1");
-  options.drifts = options.drift.position_per_m != 0.0;
   options.drift.seed = options.apartment.seed;
   config::validate(options.drift, "drift");
   options.camera = makeDefaultCamera(options.camera.width_px, options.camera.height_px);
@@ -311,10 +310,10 @@ void simulate(const Options& options) {
   std::cout << "[simulate_apartment] seed " << options.apartment.seed << ": " << world.rooms.size()
             << " rooms, " << world.instances.size() << " things, " << walk.size() << " frames\n";
   if (walk.empty()) throw std::runtime_error("the walk has no frame; raise --duration or --rate");
-  const auto odometry = options.drifts ? simulateDrift(walk, options.drift) : walk;
+  const auto odometry = options.drifts() ? simulateDrift(walk, options.drift) : walk;
   const SeenSurface seen = writeBag(options, world, walk, odometry);
   const std::vector<WrittenFile> files = writeTruth(options, world, seen, walk);
-  if (options.drifts) writeOdometry(fs::path(files.back().name) / "odometry.txt", odometry);
+  if (options.drifts()) writeOdometry(fs::path(files.back().name) / "odometry.txt", odometry);
   std::cout << "[simulate_apartment] " << describeWritten({}, files) << '\n';
 }
 
