@@ -78,10 +78,7 @@ class Chain : public ::testing::Test {
       const RobotMessages messages = makeMessages(i);
       state_->robot.publish(messages);
       state_->last = messages;
-      ASSERT_TRUE(state_->tracks.waitFor([&](const msg::Tracks& tracks) {
-        return ros_interface::toStamp(tracks.header.stamp) == messages.stamp;
-      })) << "no tracks for frame "
-          << i;
+      ASSERT_TRUE(waitForTracks(state_->tracks, messages)) << "no tracks for frame " << i;
     }
   }
   static bool callTrigger(const std::string& service, std_srvs::Trigger& call) {
@@ -459,9 +456,7 @@ TEST_F(Chain, AGraspPixelLiesOnTheBoxThatIsAskedFor) {
       << state_->grasp_before.message;
   const RobotMessages messages = makeMessages(20, 200.0);  // looks at the boxes
   state_->robot.publish(messages);
-  ASSERT_TRUE(state_->tracks.waitFor([&](const msg::Tracks& tracks) {
-    return ros_interface::toStamp(tracks.header.stamp) == messages.stamp;
-  }));
+  ASSERT_TRUE(waitForTracks(state_->tracks, messages));
   msg::GraspPixelResponse grasp;
   ASSERT_TRUE(waitUntil([&] {  // the tracker publishes before it lets be asked
     grasp = findGraspPixel(makeUnit(0), 600.0F);

@@ -17,19 +17,9 @@ namespace {
 class Control : public ::testing::Test {
  protected:
   void SetUp() override {
-    const std::string tasks = (folder_.path() / "objects.yaml").string();
-    writeTaskFile(tasks, {"red box", "blue box"}, 0);
-    ros::param::set("/scene_graph/object_tasks", tasks);
-    ros::param::set("/scene_graph/output", mapPath());
-    ros::param::set("/mesh_fusion/output", mapPath());
-    ASSERT_TRUE(load(loader_, "tracker", "Tracker"));
-    ASSERT_TRUE(load(loader_, "mesh_fusion", "MeshFusion"));
-    ASSERT_TRUE(load(loader_, "scene_graph", "SceneGraph"));
-    ASSERT_TRUE(robot_.waitForSubscribers(1));
-    ASSERT_TRUE(robot_.waitForSegmentationSubscribers(1));
-    ASSERT_TRUE(tracks_.waitForPublisher());
+    setChainParameters(folder_.path(), mapPath());
+    ASSERT_NO_FATAL_FAILURE(startStages(loader_, robot_, tracks_, graphs_));
     ASSERT_TRUE(primitives_.waitForPublisher());
-    ASSERT_TRUE(graphs_.waitForPublisher());
   }
 
   std::string mapPath() const { return (folder_.path() / "map").string(); }

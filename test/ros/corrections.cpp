@@ -62,12 +62,7 @@ nav_msgs::Path makeTruePath() {
 class Chain {
  public:
   Chain(const fs::path& folder, const fs::path& output) {
-    const std::string tasks = (folder / "objects.yaml").string();
-    writeTaskFile(tasks, {"red box", "blue box"}, 0);
-    ros::param::set("/scene_graph/object_tasks", tasks);
-    for (const char* stage : {"/scene_graph", "/mesh_fusion"}) {
-      ros::param::set(stage + std::string("/output"), output.string());
-    }
+    setChainParameters(folder, output.string());
     follow("", "");
     ros::param::set("/tracker/input/world_frame", "world");
   }
@@ -75,15 +70,7 @@ class Chain {
     ros::param::set("/mesh_fusion/corrections/odometry_frame", odometry_frame);
     ros::param::set("/mesh_fusion/corrections/path_topic", path_topic);
   }
-  void start() {
-    ASSERT_TRUE(load(loader_, "tracker", "Tracker"));
-    ASSERT_TRUE(load(loader_, "mesh_fusion", "MeshFusion"));
-    ASSERT_TRUE(load(loader_, "scene_graph", "SceneGraph"));
-    ASSERT_TRUE(robot_.waitForSubscribers(1));
-    ASSERT_TRUE(robot_.waitForSegmentationSubscribers(1));
-    ASSERT_TRUE(tracks_.waitForPublisher());
-    ASSERT_TRUE(graphs_.waitForPublisher());
-  }
+  void start() { startStages(loader_, robot_, tracks_, graphs_); }
   /// Each once the tracker has answered to it. @param odometry  of the true pose: what is said
   void play(int first, int end, double start_s, const Pose& odometry,
             const std::string& frame = "world") {
@@ -92,9 +79,7 @@ class Chain {
       messages.transform.header.frame_id = frame;
       messages.transform.transform = ros_interface::toTransform(odometry * computePose(i));
       robot_.publish(messages);
-      ASSERT_TRUE(tracks_.waitFor([&](const msg::Tracks& tracks) {
-        return ros_interface::toStamp(tracks.header.stamp) == messages.stamp;
-      })) << i;
+      ASSERT_TRUE(waitForTracks(tracks_, messages)) << i;
     }
   }
   /// What the map's frame is for the odometry from this moment on.

@@ -44,10 +44,7 @@ TEST(LaunchFile, RemappedTopicsReachTheChainAndTheMapIsSaved) {
   for (int i = 0; i < 10; ++i) {
     const RobotMessages messages = makeMessages(i);
     robot.publish(messages);
-    ASSERT_TRUE(tracks.waitFor([&](const msg::Tracks& message) {
-      return ros_interface::toStamp(message.header.stamp) == messages.stamp;
-    })) << "frame "
-        << i;
+    ASSERT_TRUE(waitForTracks(tracks, messages)) << "frame " << i;
   }
   std_srvs::Trigger save;
   ASSERT_TRUE(ros::service::call(save_map, save));

@@ -25,32 +25,19 @@ class Chain {
  public:
   /// @param map  to go on from; empty: none
   Chain(const fs::path& folder, const fs::path& output, const std::string& map) {
-    const std::string tasks = (folder / "objects.yaml").string();
-    writeTaskFile(tasks, {"red box", "blue box"}, 0);
-    ros::param::set("/scene_graph/object_tasks", tasks);
+    setChainParameters(folder, output.string());
     for (const char* stage : {"/scene_graph", "/mesh_fusion"}) {
-      ros::param::set(stage + std::string("/output"), output.string());
       ros::param::set(stage + std::string("/map"), map);
     }
   }
-  void start() {
-    ASSERT_TRUE(load(loader_, "tracker", "Tracker"));
-    ASSERT_TRUE(load(loader_, "mesh_fusion", "MeshFusion"));
-    ASSERT_TRUE(load(loader_, "scene_graph", "SceneGraph"));
-    ASSERT_TRUE(robot_.waitForSubscribers(1));
-    ASSERT_TRUE(robot_.waitForSegmentationSubscribers(1));
-    ASSERT_TRUE(tracks_.waitForPublisher());
-    ASSERT_TRUE(graphs_.waitForPublisher());
-  }
+  void start() { startStages(loader_, robot_, tracks_, graphs_); }
 
   /// Each once the tracker has answered to it.
   void play(int first, int end, double start_s = 100.0) {
     for (int i = first; i < end; ++i) {
       const RobotMessages messages = makeMessages(i, start_s);
       robot_.publish(messages);
-      ASSERT_TRUE(tracks_.waitFor([&](const msg::Tracks& tracks) {
-        return ros_interface::toStamp(tracks.header.stamp) == messages.stamp;
-      })) << i;
+      ASSERT_TRUE(waitForTracks(tracks_, messages)) << i;
     }
   }
   static std_srvs::TriggerResponse save() {

@@ -74,11 +74,7 @@ class ChainProgram {
   /// @param num_processes  that the stages with images run in
   explicit ChainProgram(const Commands& commands = makeChain(), std::uint32_t num_processes = 1)
       : num_processes_(num_processes) {
-    const std::string tasks = (folder_.path() / "objects.yaml").string();
-    writeTaskFile(tasks, {"red box", "blue box"}, 0);
-    ros::param::set("/scene_graph/object_tasks", tasks);
-    ros::param::set("/scene_graph/output", map());
-    ros::param::set("/mesh_fusion/output", map());
+    setChainParameters(folder_.path(), map());
     geometry_msgs::TransformStamped T_earth_world;
     T_earth_world.header.frame_id = "earth";
     T_earth_world.child_frame_id = "world";
@@ -100,10 +96,7 @@ class ChainProgram {
     for (int i = 0; i < num_frames; ++i) {
       const RobotMessages messages = make(i);
       robot_.publish(messages);
-      ASSERT_TRUE(tracks_.waitFor([&](const msg::Tracks& message) {
-        return ros_interface::toStamp(message.header.stamp) == messages.stamp;
-      })) << "frame "
-          << i;
+      ASSERT_TRUE(waitForTracks(tracks_, messages)) << "frame " << i;
     }
   }
   std::size_t numLiveTracks() const { return tracks_.messages().back()->live.size(); }

@@ -12,6 +12,7 @@
 #include <boost/make_shared.hpp>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <map>
@@ -253,6 +254,34 @@ inline void writeTaskFile(const std::string& path, const std::vector<std::string
 
 inline bool load(nodelet::Loader& loader, const std::string& name, const std::string& type) {
   return loader.load("/" + name, "task_scene_graph/" + type, ros::names::getRemappings(), {});
+}
+
+/// The tasks of both boxes, written into a folder, and where the stages save: for stages to come.
+inline void setChainParameters(const std::filesystem::path& folder, const std::string& output) {
+  const std::string tasks = (folder / "objects.yaml").string();
+  writeTaskFile(tasks, {"red box", "blue box"}, 0);
+  ros::param::set("/scene_graph/object_tasks", tasks);
+  ros::param::set("/scene_graph/output", output);
+  ros::param::set("/mesh_fusion/output", output);
+}
+
+/// Loads the stages after the segmenter, and waits until all are connected. May fail fatally.
+inline void startStages(nodelet::Loader& loader, Robot& robot, Recorder<msg::Tracks>& tracks,
+                        Recorder<msg::SceneGraph>& graphs) {
+  ASSERT_TRUE(load(loader, "tracker", "Tracker"));
+  ASSERT_TRUE(load(loader, "mesh_fusion", "MeshFusion"));
+  ASSERT_TRUE(load(loader, "scene_graph", "SceneGraph"));
+  ASSERT_TRUE(robot.waitForSubscribers(1));
+  ASSERT_TRUE(robot.waitForSegmentationSubscribers(1));
+  ASSERT_TRUE(tracks.waitForPublisher());
+  ASSERT_TRUE(graphs.waitForPublisher());
+}
+
+/// Whether the tracker answers to these messages.
+inline bool waitForTracks(Recorder<msg::Tracks>& tracks, const RobotMessages& messages) {
+  return tracks.waitFor([&](const msg::Tracks& answer) {
+    return ros_interface::toStamp(answer.header.stamp) == messages.stamp;
+  });
 }
 
 }  // namespace tsg::test
