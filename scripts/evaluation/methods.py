@@ -42,9 +42,14 @@ METHODS = [
 ]
 
 
-def find_methods(names):
-    known = {method.name: method for method in METHODS}
+def find_named(things, names, kind):
+    """Those of the names, in their order. Raises ValueError naming the first that is none."""
+    known = {thing.name: thing for thing in things}
     unknown = [name for name in names if name not in known]
     if unknown:
-        raise ValueError(f"no method '{unknown[0]}', expected some of {', '.join(known)}")
+        raise ValueError(f"no {kind} '{unknown[0]}', expected some of {', '.join(known)}")
     return [known[name] for name in names]
+
+
+def find_methods(names):
+    return find_named(METHODS, names, "method")

@@ -38,11 +38,7 @@ PARAMETERS = [
 
 
 def find_parameters(names):
-    known = {parameter.name: parameter for parameter in PARAMETERS}
-    unknown = [name for name in names if name not in known]
-    if unknown:
-        raise ValueError(f"no parameter '{unknown[0]}', expected some of {', '.join(known)}")
-    return [known[name] for name in names]
+    return methods.find_named(PARAMETERS, names, "parameter")
 
 
 def make_map(run, recording, tasks, parameter, value, folder, base):
