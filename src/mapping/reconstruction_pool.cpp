@@ -4,22 +4,10 @@
 #include <algorithm>
 #include <exception>
 #include <utility>
-#ifdef __linux__
-#include <sys/resource.h>
-#endif
+
+#include "task_scene_graph/core/thread_priority.h"
 
 namespace tsg::mapping {
-namespace {
-
-// Depth integration goes first where cores are scarce. On Linux this concerns the calling thread.
-void lowerPriority() {
-#ifdef __linux__
-  constexpr int kNice = 5;
-  setpriority(PRIO_PROCESS, 0, kNice);
-#endif
-}
-
-}  // namespace
 
 ReconstructionPool::ReconstructionPool(const ObjectReconstructor& reconstructor, int num_threads,
                                        std::size_t max_pending)
@@ -83,7 +71,7 @@ std::size_t ReconstructionPool::numPending() const {
 }
 
 void ReconstructionPool::work() {
-  lowerPriority();
+  lowerThreadPriority();  // depth integration goes first
   std::unique_lock<std::mutex> lock(mutex_);
   while (true) {
     changed_.wait(lock, [this] { return is_stopped_ || started_ < jobs_.size(); });
