@@ -1,4 +1,4 @@
-# tsg_loops: places seen again by a robot that has only odometry. The chain itself does not link it yet.
+# tsg_loops: places seen again by a robot that has only odometry.
 find_package(PCL REQUIRED COMPONENTS common features registration search)
 file(GLOB TSG_LOOPS_SOURCES CONFIGURE_DEPENDS src/loops/*.cpp)
 add_library(tsg_loops SHARED ${TSG_LOOPS_SOURCES})

@@ -22,7 +22,7 @@ file(GLOB TSG_NODELET_SOURCES CONFIGURE_DEPENDS src/nodelets/*_nodelet.cpp
   src/nodelets/*_report.cpp src/nodelets/*_services.cpp src/nodelets/*_stage.cpp)
 if(TSG_NODELET_SOURCES)
   add_library(tsg_nodelets SHARED ${TSG_NODELET_SOURCES})
-  target_link_libraries(tsg_nodelets PUBLIC tsg_ros tsg_trajectory PRIVATE tsg_warnings)
+  target_link_libraries(tsg_nodelets PUBLIC tsg_ros tsg_trajectory tsg_loops PRIVATE tsg_warnings)
   list(APPEND TSG_INSTALL_LIBRARIES tsg_nodelets)
 endif()
 

@@ -66,7 +66,7 @@ foreach(launch ${TSG_ROSTESTS})
   endif()
 endforeach()
 
-foreach(test rostest_background rostest_corrections)
+foreach(test rostest_background rostest_corrections rostest_loop_closures)
   target_include_directories(${test} PRIVATE src/nodelets)
   target_link_libraries(${test} tsg_nodelets)
 endforeach()

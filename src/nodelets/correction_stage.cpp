@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "correction_stage.h"
 
+#include <tf2_msgs/TFMessage.h>
+#include <visualization_msgs/MarkerArray.h>
+
 #include <sstream>
 #include <stdexcept>
 #include <thread>
@@ -8,6 +11,7 @@
 
 #include "task_scene_graph/ros/frame_names.h"
 #include "task_scene_graph/ros/geometry_conversions.h"
+#include "task_scene_graph/ros/loop_markers.h"
 #include "task_scene_graph/trajectory/keyframes.h"
 #include "task_scene_graph/trajectory/se3.h"
 
@@ -17,6 +21,8 @@ namespace {
 constexpr double kTfMemory_s = 12.0;
 constexpr auto kHold = std::chrono::seconds(20);  ///< a save that ended without a word
 constexpr auto kMaxWait = std::chrono::seconds(60);
+constexpr double kOdometryAhead_s = 0.1;  ///< so long is the odometry's place in tf said to last
+constexpr const char* kLoops = "loop closures";
 
 std::string describePose(const nav_msgs::Path& path, std::size_t i) {
   return "pose " + std::to_string(i + 1) + " of " + std::to_string(path.poses.size());
@@ -27,6 +33,20 @@ std::string describe(const trajectory::OutsideCorrection& correction) {
   text << correction.before.list().size() << " keyframes moved by up to " << correction.max_motion_m
        << " m and " << correction.max_turn_rad << " rad";
   return text.str();
+}
+
+/// Where the map has both ends.
+std::vector<ros_interface::LoopMarkerLine> drawLines(const std::vector<LoopLine>& loops,
+                                                     const Trajectory& own) {
+  std::vector<ros_interface::LoopMarkerLine> lines;
+  for (const LoopLine& loop : loops) {
+    const auto a = own.poses().find(loop.a.ns);
+    const auto b = own.poses().find(loop.b.ns);
+    if (a == own.poses().end() || b == own.poses().end()) continue;
+    lines.push_back(
+        {a->second.translation(), b->second.translation(), loop.is_accepted, loop.residual_m});
+  }
+  return lines;
 }
 
 }  // namespace
@@ -45,7 +65,10 @@ CorrectionStage::CorrectionStage(ros::NodeHandle& handle, const Options& options
       tf_, tf_history_, [](const std::string&) {});  // the frames' own feed says it
   trajectory_publisher_ = handle.advertise<nav_msgs::Path>("trajectory", 1, true);
   before_publisher_ = handle.advertise<nav_msgs::Path>("trajectory_before", 1, true);
-  if (followsTf()) return;
+  if (config.close_loops) {
+    loop_publisher_ = handle.advertise<visualization_msgs::MarkerArray>("loop_closures", 1, true);
+  }
+  if (config.path_topic.empty()) return;
   path_subscriber_ = handle.subscribe<nav_msgs::Path>(
       config.path_topic, 1, [this](const nav_msgs::PathConstPtr& path) { worker_.push(path); });
 }
@@ -68,6 +91,7 @@ void CorrectionStage::placeNew(const RgbdFramePtr& frame,
   const auto placed = std::make_shared<RgbdFrame>(*frame);
   placed->T_world_camera = toWorld(*frame);
   own_.add(frame->stamp, placed->T_world_camera);
+  if (tf_publisher_) sendOdometry(frame->stamp);
   hand_on(placed);
 }
 
@@ -95,6 +119,7 @@ std::optional<Pose> CorrectionStage::lookUpOdometry() const {
 /// The first transform is where the odometry is; later ones say how the map's frame has moved.
 void CorrectionStage::followTf(const RgbdFrame& frame) {
   if (T_world_odometry_ && !followsTf()) return;
+  if (options_.config.close_loops) return startAtOdometry();
   const auto newest = lookUpOdometry();
   if (!newest) return;
   if (!T_world_odometry_) {
@@ -117,6 +142,32 @@ void CorrectionStage::followTf(const RgbdFrame& frame) {
     refuse("/tf, '" + options_.world_frame + "' -> '" + options_.config.odometry_frame + "'",
            e.what());
   }
+}
+
+/// Where tf knows the odometry's frame already, somebody else says where it is, and goes on to.
+void CorrectionStage::startAtOdometry() {
+  T_world_odometry_ = lookUpOdometry();
+  if (!T_world_odometry_) {
+    T_world_odometry_ = Pose::Identity();
+    tf_publisher_ = ros::NodeHandle().advertise<tf2_msgs::TFMessage>("/tf", 100);
+    return;
+  }
+  report_.warn("odometry in tf",
+               "tf links '" + options_.world_frame + "' to '" + options_.config.odometry_frame +
+                   "' already: what loop closures correct (corrections/close_loops) is not sent to "
+                   "tf, so that two do not contradict each other");
+}
+
+void CorrectionStage::sendOdometry(Stamp stamp) const {
+  geometry_msgs::TransformStamped transform;
+  transform.header.stamp =
+      ros_interface::toRosTime(Stamp::fromSeconds(stamp.seconds() + kOdometryAhead_s));
+  transform.header.frame_id = options_.world_frame;
+  transform.child_frame_id = options_.config.odometry_frame;
+  transform.transform = ros_interface::toTransform(*T_world_odometry_);
+  tf2_msgs::TFMessage message;
+  message.transforms.push_back(transform);
+  tf_publisher_.publish(message);
 }
 
 bool CorrectionStage::isWorthIt(double motion_m, double turn_rad) const {
@@ -148,16 +199,41 @@ void CorrectionStage::process(const nav_msgs::PathConstPtr& path) {
       throw std::invalid_argument(
           "stamps have jumped back since the map began, so it cannot be known which pass it is of");
     }
-    auto correction = trajectory::computeOutsideCorrection(
-        own_, computeReported(), corrected, options_.world_frame, options_.config.outside);
-    if (isWorthIt(correction.max_motion_m, correction.max_turn_rad)) {
-      correct(std::move(correction));
-    } else {
-      ++num_small_;
-    }
+    correctTo(computeReported(), corrected);
   } catch (const std::exception& e) {
     const std::lock_guard<std::mutex> lock(mutex_);
     refuse(path_subscriber_.getTopic(), e.what());
+  }
+}
+
+void CorrectionStage::follow(const LoopResult& loops) {
+  try {
+    waitWhileBusy();
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const auto& [first_ns, first_pose] = *loops.keyframes.poses().begin();
+    const auto first = own_.poses().find(first_ns);
+    if (first == own_.poses().end()) return;  // of a map that is forgotten
+    const Pose T_world_start = first->second * first_pose.inverse();
+    Trajectory corrected;
+    for (const auto& [ns, pose] : loops.keyframes.poses())
+      corrected.add({ns}, T_world_start * pose);
+    correctTo(own_, corrected);
+    loop_publisher_.publish(
+        ros_interface::makeLoopMarkers(drawLines(loops.lines, own_), options_.world_frame));
+  } catch (const std::exception& e) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    refuse(kLoops, e.what());
+  }
+}
+
+/// @param reported  the way of the body whose corrected way is given, as the map has it
+void CorrectionStage::correctTo(const Trajectory& reported, const Trajectory& corrected) {
+  auto correction = trajectory::computeOutsideCorrection(
+      own_, reported, corrected, options_.world_frame, options_.config.outside);
+  if (isWorthIt(correction.max_motion_m, correction.max_turn_rad)) {
+    correct(std::move(correction));
+  } else {
+    ++num_small_;
   }
 }
 
@@ -222,6 +298,7 @@ void CorrectionStage::correct(trajectory::OutsideCorrection correction) {
 }
 
 void CorrectionStage::refuse(const std::string& source, const std::string& reason) {
+  if (is_stopped_) return;
   ++num_refused_;
   last_refusal_ = source + ": " + reason;
   report_.warn("correction refused",
@@ -266,7 +343,7 @@ void CorrectionStage::check() {
   report_.set("corrections: applied", std::to_string(num_applied_));
   report_.set("corrections: refused",
               std::to_string(num_refused_) + (num_refused_ > 0 ? "; last: " + last_refusal_ : ""));
-  report_.set("corrections: paths that change too little", std::to_string(num_small_));
+  report_.set("corrections: those that change too little", std::to_string(num_small_));
   report_.set("corrections: under way", under_way_.expired() ? "no" : "yes");
   if (trajectory_publisher_.getNumSubscribers() > 0) publish(trajectory_publisher_, own_);
 }

@@ -15,6 +15,7 @@
 #include <string>
 
 #include "correction_config.h"
+#include "loop_stage.h"
 #include "map_correction.h"
 #include "task_scene_graph/core/frame.h"
 #include "task_scene_graph/core/trajectory.h"
@@ -26,8 +27,9 @@
 namespace tsg::nodelets {
 
 /// Gives frames, whose poses come in the odometry frame, their place in the map, and moves the map
-/// when a correction of its trajectory comes: a path of a SLAM system, or a jump of the map's frame
-/// in tf. One correction is under way at a time; while it is, of several paths the newest waits.
+/// when a correction of its trajectory comes: a path of a SLAM system, a jump of the map's frame in
+/// tf, or loop closures of our own; with these it tells tf where the odometry's frame lies. One
+/// correction is under way at a time; while it is, of several paths the newest waits.
 ///
 /// A fault of a correction changes nothing, is a warning, and is counted. Thread-safe.
 class CorrectionStage {
@@ -43,7 +45,8 @@ class CorrectionStage {
     std::function<std::string()> camera_frame;
   };
 
-  /// Advertises `trajectory` and `trajectory_before` where it is on.
+  /// Advertises `trajectory` and `trajectory_before` where it is on, with loop closures
+  /// `loop_closures`.
   /// @param options  as checkCorrections() wants them
   /// @param report  must outlive this object
   CorrectionStage(ros::NodeHandle& handle, const Options& options,
@@ -60,6 +63,10 @@ class CorrectionStage {
   void placeAgain(const RgbdFramePtr& frame,
                   const std::function<void(const RgbdFramePtr&)>& hand_on);
 
+  /// Moves the map as loop closures say. Blocks while another correction is under way, a minute at
+  /// most.
+  void follow(const LoopResult& loops);
+
   /// Begins no correction for some seconds, so that what is written of the map fits together; until
   /// release(). One that is under way goes on: flush the stages after this.
   void hold();
@@ -75,15 +82,20 @@ class CorrectionStage {
   void stop();
 
  private:
-  bool followsTf() const { return isOn() && options_.config.path_topic.empty(); }
+  bool followsTf() const {
+    return isOn() && options_.config.path_topic.empty() && !options_.config.close_loops;
+  }
   bool isBusy() const;
   void waitWhileBusy() const;
   Pose toWorld(const RgbdFrame& frame) const;
   std::optional<Pose> lookUpOdometry() const;
   void followTf(const RgbdFrame& frame);
+  void startAtOdometry();
+  void sendOdometry(Stamp stamp) const;
   void process(const nav_msgs::PathConstPtr& path);
   Trajectory readPath(const nav_msgs::Path& path) const;
   Trajectory computeReported() const;
+  void correctTo(const Trajectory& reported, const Trajectory& corrected);
   void correct(trajectory::OutsideCorrection correction);
   void refuse(const std::string& source, const std::string& reason);
   bool isWorthIt(double motion_m, double turn_rad) const;
@@ -108,6 +120,8 @@ class CorrectionStage {
   std::string last_refusal_;
   ros::Publisher trajectory_publisher_;
   ros::Publisher before_publisher_;
+  ros::Publisher loop_publisher_;
+  ros::Publisher tf_publisher_;  ///< none unless loop closures say where the odometry is
   ros::Subscriber path_subscriber_;
   ros_interface::Worker<nav_msgs::PathConstPtr> worker_;
 };

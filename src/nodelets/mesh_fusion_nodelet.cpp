@@ -11,6 +11,7 @@
 
 #include "background_stage.h"
 #include "correction_stage.h"
+#include "loop_stage.h"
 #include "mesh_fusion_config.h"
 #include "mesh_points.h"
 #include "navigation_stage.h"
@@ -93,6 +94,7 @@ class MeshFusionNodelet : public StageNodelet {
   std::unique_ptr<BackgroundStage> background_;
   std::unique_ptr<ObjectStage> objects_;
   std::unique_ptr<CorrectionStage> corrections_;  ///< between the input and the stages above
+  std::unique_ptr<LoopStage> loops_;              ///< null unless it is to correct the map
   ros_interface::EpochFollower segmentations_epoch_;
   std::unique_ptr<ros_interface::FrameMatcher> matcher_;
   std::unique_ptr<ros_interface::RgbdInput> input_;
@@ -113,6 +115,7 @@ MeshFusionNodelet::~MeshFusionNodelet() {
   segmentation_subscriber_.shutdown();
   input_.reset();
   if (corrections_ != nullptr) corrections_->stop();
+  if (loops_ != nullptr) loops_->stop();
   background_->stop();
   objects_->stop();
   const Stamp newest = background_->newestFrame();
@@ -178,6 +181,13 @@ void MeshFusionNodelet::startCorrections() {
   corrections_ = std::make_unique<CorrectionStage>(
       getNodeHandle(), CorrectionStage::Options{config_.corrections, config_.input.world_frame},
       report(), callbacks);
+  const CorrectionConfig& config = config_.corrections;
+  if (!config.close_loops) return;
+  LoopStage::Options options{{}, config.odometry_frame, config.loop_period_s};
+  options.config.keyframes = config.outside.keyframes;
+  options.config.loops = config.loops;
+  loops_ = std::make_unique<LoopStage>(
+      options, report(), [this](const LoopResult& result) { corrections_->follow(result); });
 }
 
 void MeshFusionNodelet::subscribe() {
@@ -230,11 +240,13 @@ void MeshFusionNodelet::onJumpBack() {
   segmentations_epoch_.startEpoch();
   matcher_->startEpoch(segmentations_epoch_.epoch());
   corrections_->startEpoch();
+  if (loops_ != nullptr) loops_->end();
   objects_->startEpoch();
 }
 
 void MeshFusionNodelet::handMatch(const std::optional<Match>& match) {
   if (!match) return;
+  if (loops_ != nullptr) loops_->addFrame(match->frame, match->segmentation);
   corrections_->placeAgain(match->frame, [&](const RgbdFramePtr& placed) {
     background_->addView(placed, match->segmentation);
     objects_->addFrame(placed, match->segmentation);
@@ -246,6 +258,7 @@ void MeshFusionNodelet::check() {
   background_->check();
   objects_->check();
   corrections_->check();
+  if (loops_ != nullptr) loops_->check();
   report().set("frames that wait for a segmentation", std::to_string(matcher_->numFrames()));
 }
 
@@ -253,6 +266,9 @@ msg::FlushResponse MeshFusionNodelet::flush(const msg::FlushRequest& request,
                                             const ros_interface::Patience& patience) {
   msg::FlushResponse response;
   input_->flush();
+  if (loops_ != nullptr && request.mode == msg::FlushRequest::END && !loops_->finish(patience)) {
+    report().warn("loop closure", "not all keyframes were looked at for loop closures in time");
+  }
   corrections_->hold();
   objects_->flush(request, patience, response);
   for (const auto& line : background_->flush(patience)) response.missing.push_back(line);
@@ -264,6 +280,7 @@ std::string MeshFusionNodelet::reset() {
   const std::size_t num_primitives = objects_->primitives().size();
   matcher_->clear();
   corrections_->restart({});
+  if (loops_ != nullptr) loops_->restart();
   background_->reset();
   objects_->reset();
   navigation_->forgetCamera();
@@ -378,6 +395,7 @@ std::vector<ObjectPrimitivePtr> MeshFusionNodelet::loadMap(const std::filesystem
   }
   matcher_->clear();
   corrections_->restart(*loaded.map.trajectory());
+  if (loops_ != nullptr) loops_->restart();
   background_->restore(loaded.map);
   return loaded.map.primitives();
 }
