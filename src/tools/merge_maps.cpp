@@ -7,6 +7,7 @@
 
 #include "command_line.h"
 #include "saved_map.h"
+#include "task_scene_graph/loops/map_alignment.h"
 #include "task_scene_graph/map/files.h"
 #include "task_scene_graph/map/merge.h"
 #include "task_scene_graph/map/settings.h"
@@ -21,6 +22,7 @@ struct Arguments {
   std::string b;
   std::string output;
   std::vector<double> transform;
+  bool align = false;
 };
 
 std::optional<Arguments> parseArguments(int argc, char** argv) {
@@ -28,14 +30,15 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
   options::options_description description(
       "Makes one map of two saved ones: A with what only B has seen, in A's coordinates, with A's\n"
       "tasks, settings and ids. Things that both have seen become one.\n"
-      "usage: merge_maps A B OUT [--transform X Y Z QX QY QZ QW]\noptions");
+      "usage: merge_maps A B OUT [--transform X Y Z QX QY QZ QW | --align]\noptions");
   description.add_options()("help,h", "print this")("a", tools::pathOption(arguments.a)->required(),
                                                     "folder of the first map")(
       "b", tools::pathOption(arguments.b)->required(), "folder of the second map")(
       "out", tools::pathOption(arguments.output)->required(), "folder to write; may be A or B")(
       "transform", options::value(&arguments.transform)->multitoken(),
       "from B's coordinates to A's, metres and a quaternion, upright; without it both must be in "
-      "the same frame");
+      "the same frame")("align", options::bool_switch(&arguments.align),
+                        "find the transform out by what both have seen, and print it");
   options::positional_options_description positions;
   positions.add("a", 1).add("b", 1).add("out", 1);
   if (!tools::parseOptions(argc, argv, description, positions)) return std::nullopt;
@@ -43,6 +46,9 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
   if (count != 0 && count != 7) {
     throw options::error("--transform has " + std::to_string(count) +
                          " numbers, expected 7: X Y Z QX QY QZ QW");
+  }
+  if (arguments.align && count != 0) {
+    throw options::error("--transform and --align, expected one of them");
   }
   return arguments;
 }
@@ -57,6 +63,18 @@ Pose toPose(const std::vector<double>& numbers) {
   pose.linear() = q.normalized().toRotationMatrix();
   pose.translation() = Eigen::Vector3d(numbers[0], numbers[1], numbers[2]);
   return pose;
+}
+
+Pose findTransform(const map::Map& a, const map::Map& b) {
+  const loops::MapAlignment found = loops::alignMaps(a, b);
+  const Eigen::Vector3d t = found.T_a_b.translation();
+  const Eigen::Quaterniond q(found.T_a_b.linear());
+  std::cout << found.num_agreeing << " of " << found.num_tried
+            << " pairs of places (surfaces overlap by " << found.overlap << ", " << found.num_there
+            << " of " << found.num_things << " things are in both) say: --transform " << t.x()
+            << ' ' << t.y() << ' ' << t.z() << ' ' << q.x() << ' ' << q.y() << ' ' << q.z() << ' '
+            << q.w() << std::endl;
+  return found.T_a_b;
 }
 
 std::shared_ptr<const mapping::OccupancyMap> mergeOccupancy(const Arguments& arguments,
@@ -76,8 +94,8 @@ void run(const Arguments& arguments) {
   const map::Map a = tools::loadMap(arguments.a);
   const map::Map b = tools::loadMap(arguments.b);
   map::MergeOptions how;
-  how.T_a_b = toPose(arguments.transform);
-  how.is_transform_given = !arguments.transform.empty();
+  how.T_a_b = arguments.align ? findTransform(a, b) : toPose(arguments.transform);
+  how.is_transform_given = arguments.align || !arguments.transform.empty();
   how.places = map::readSettings<places::PlacesConfig>(arguments.a, "mesh_fusion", "places");
   how.name_b = arguments.b;
   map::Map merged = map::mergeMaps(a, b, how);
