@@ -60,6 +60,7 @@ class MeshFusionNodelet : public StageNodelet {
   void check() override;
   msg::FlushResponse flush(const msg::FlushRequest& request,
                            const ros_interface::Patience& patience) override;
+  void finishLoops(ros_interface::Patience patience);
   std::string reset() override;
 
   void onFrame(const RgbdFramePtr& frame);
@@ -266,14 +267,21 @@ msg::FlushResponse MeshFusionNodelet::flush(const msg::FlushRequest& request,
                                             const ros_interface::Patience& patience) {
   msg::FlushResponse response;
   input_->flush();
-  if (loops_ != nullptr && request.mode == msg::FlushRequest::END && !loops_->finish(patience)) {
-    report().warn("loop closure", "not all keyframes were looked at for loop closures in time");
-  }
+  if (request.mode == msg::FlushRequest::END) finishLoops(patience);
   corrections_->hold();
   objects_->flush(request, patience, response);
   for (const auto& line : background_->flush(patience)) response.missing.push_back(line);
   response.place_sequence = background_->placeSequence();
   return response;
+}
+
+/// A quarter of the time at most: the map itself goes first.
+void MeshFusionNodelet::finishLoops(ros_interface::Patience patience) {
+  if (loops_ == nullptr) return;
+  const auto now = ros_interface::Patience::Clock::now();
+  patience.deadline = now + (patience.deadline - now) / 4;
+  if (loops_->finish(patience)) return;
+  report().warn("loop closure", "not all keyframes were looked at for loop closures in time");
 }
 
 std::string MeshFusionNodelet::reset() {
