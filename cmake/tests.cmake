@@ -141,3 +141,14 @@ foreach(source ${TSG_EVALUATIONS})
   add_dependencies(tests ${name})
 endforeach()
 target_link_libraries(evaluate_loops PRIVATE tsg_loops)
+
+# Whether the thread sanitizer still sees what our own callbacks do wrong.
+if(TSG_SANITIZE STREQUAL "thread")
+  add_executable(unguarded_callbacks EXCLUDE_FROM_ALL test/sanitizers/unguarded_callbacks.cpp)
+  target_include_directories(unguarded_callbacks SYSTEM PRIVATE ${catkin_INCLUDE_DIRS})
+  target_link_libraries(unguarded_callbacks PRIVATE ${catkin_LIBRARIES} tsg_warnings)
+  add_dependencies(unit_tests unguarded_callbacks)
+  add_test(NAME sanitizer_sees_callbacks COMMAND unguarded_callbacks)
+  set_tests_properties(sanitizer_sees_callbacks PROPERTIES
+    PASS_REGULAR_EXPRESSION "WARNING: ThreadSanitizer: data race")
+endif()

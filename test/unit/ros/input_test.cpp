@@ -109,12 +109,15 @@ TEST(Worker, WaitingIsForWhatIsQueuedNowWhateverFollows) {
   worker.push(0);
   ASSERT_TRUE(first.waitForSomebody());
   worker.pushOrder(1);
-  std::thread feeder([&] {
-    first.open();
-    worker.pushOrder(9);
-  });
-  EXPECT_TRUE(worker.waitHandled({deadline()}));
-  feeder.join();
+  bool has_followed = false;
+  const auto letFollow = [&]() -> std::uint64_t {  // called once it waits
+    if (!std::exchange(has_followed, true)) {
+      first.open();
+      worker.pushOrder(9);
+    }
+    return 0;
+  };
+  EXPECT_TRUE(worker.waitHandled({deadline()}, letFollow));
   ASSERT_TRUE(second.waitForSomebody());
   EXPECT_GT(worker.size(), 0U);
   second.open();
