@@ -18,6 +18,7 @@ using trajectory::Verdict;
 constexpr double kScorePerLandmark = 0.03;  ///< as much as this much more cosine
 constexpr std::size_t kMostCounted = 10;    ///< landmarks
 constexpr double kScorePerMetre = 0.05;     ///< less, as odometry is not all wrong
+constexpr double kThroughMargin_m = 0.1;
 
 std::string toNumber(double value) {
   std::string text = std::to_string(value);
@@ -38,6 +39,11 @@ void judge(const LoopConfig& config, LoopRecord& record) {
     record.outcome = LoopOutcome::kDegenerate;
     record.message = "least eigenvalue " + toNumber(found.least_eigenvalue) +
                      ", expected at least " + toNumber(config.min_eigenvalue);
+  } else if (record.visibility.shareThrough() > config.max_share_through) {
+    record.outcome = LoopOutcome::kLookedThrough;
+    record.message = toNumber(record.visibility.shareThrough()) +
+                     " of the surfaces in sight were looked through, expected at most " +
+                     toNumber(config.max_share_through);
   } else {
     record.outcome = LoopOutcome::kUnsupported;
     record.message = "no other loop closure near it says the same";
@@ -218,6 +224,10 @@ LoopRecord LoopCloser::verify(const Candidate& candidate, const Anchor& query,
     guesses.push_back(by_features);
   }
   record.registration = registerClouds(cloud, target, guesses, config_.registration);
+  const Pose& T_a_b = record.registration.T_target_source;
+  const Scene& scene = candidate.anchor->scene;
+  record.visibility = lookAt(query.scene.points, T_a_b, scene.views, kThroughMargin_m) +
+                      lookAt(scene.points, T_a_b.inverse(), query.scene.views, kThroughMargin_m);
   judge(config_.loops, record);
   return record;
 }
@@ -259,6 +269,8 @@ std::string toText(LoopOutcome outcome) {
       return "large residual";
     case LoopOutcome::kDegenerate:
       return "could slide or turn";
+    case LoopOutcome::kLookedThrough:
+      return "surfaces in free space";
     case LoopOutcome::kUnsupported:
       return "unsupported";
     case LoopOutcome::kUnsolved:

@@ -2,6 +2,8 @@
 #include "task_scene_graph/loops/scene.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <utility>
 
 namespace tsg::loops {
 namespace {
@@ -56,6 +58,8 @@ Scene makeScene(const RgbdFrame& frame, const SegmentationPtr& segmentation,
   Scene scene;
   scene.points = makeCloud(frame.depth, frame.camera, static_cast<float>(config.voxel_m),
                            static_cast<float>(config.max_range_m));
+  const int cell_px = std::max(1, frame.camera.width_px / config.view_cells);
+  scene.views.push_back(makeDepthView(frame.depth, frame.camera, cell_px));
   if (!segmentation) return scene;
   scene.landmarks = makeLandmarks(frame, *alignToFrame(frame, segmentation), config);
   scene.image = segmentation->image_embedding;
@@ -68,6 +72,10 @@ Scene joinScenes(const std::vector<std::pair<Pose, const Scene*>>& parts, const 
   for (const auto& [T_anchor_part, part] : parts) {
     const Points points = transform(T_anchor_part, part->points);
     joined.points.insert(joined.points.end(), points.begin(), points.end());
+    for (DepthView view : part->views) {
+      view.T_scene_camera = T_anchor_part * view.T_scene_camera;
+      joined.views.push_back(std::move(view));
+    }
     std::vector<Landmark> landmarks = part->landmarks;
     for (Landmark& landmark : landmarks) landmark.position_m = T_anchor_part * landmark.position_m;
     joinLandmarks(landmarks, config.join_radius_m, min_cosine, joined.landmarks);

@@ -26,6 +26,7 @@ struct LoopConfig {
   double min_overlap = 0.3;
   double max_rms_m = 0.04;
   double min_eigenvalue = 0.012;
+  double max_share_through = 0.025;
   double loop_position_m = 0.03;
   double loop_angle_rad = 0.01;
 
@@ -53,6 +54,9 @@ struct LoopConfig {
     v.field("min_eigenvalue", self.min_eigenvalue, {0.0, 0.33}, "",
             "clouds that fix a motion less, such as a corridor's, are refused");
     v.field(
+        "max_share_through", self.max_share_through, {0.0, 1.0}, "",
+        "share of the surfaces of one place in sight of the other that this one looked through");
+    v.field(
         "loop_position_m", self.loop_position_m, {0.001, 10.0}, "m",
         "deviation of each coordinate of a loop closure of full overlap; 1 / overlap^1.5 of that "
         "of others");
@@ -79,6 +83,7 @@ enum class LoopOutcome {
   kLittleOverlap,  ///< the clouds do not lie on each other
   kRough,          ///< they do, but not closely
   kDegenerate,     ///< they do, but could slide or turn
+  kLookedThrough,  ///< one has surfaces where the other saw free space
   kUnsupported,    ///< nothing else says the same
   kUnsolved        ///< the pose graph with it has no solution
 };
@@ -91,6 +96,7 @@ struct LoopRecord {
   double image_cosine = 0.0;
   std::size_t num_landmarks = 0;                   ///< of the constellation that both share
   Registration registration;                       ///< of b on a
+  Visibility visibility;                           ///< of each one's surfaces to the other
   std::optional<std::size_t> edge = std::nullopt;  ///< of the pose graph, if added
   std::string message;                             ///< for people: why it was not added
 };

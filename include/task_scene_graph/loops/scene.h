@@ -7,6 +7,7 @@
 #include "task_scene_graph/core/frame.h"
 #include "task_scene_graph/loops/constellation.h"
 #include "task_scene_graph/loops/local_cloud.h"
+#include "task_scene_graph/loops/visibility.h"
 
 namespace tsg::loops {
 
@@ -16,6 +17,7 @@ struct SceneConfig {
   double join_radius_m = 0.3;
   double max_landmark_m = 1.5;
   int min_pixels = 50;
+  int view_cells = 40;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor& v) {
@@ -26,6 +28,8 @@ struct SceneConfig {
             "what looks alike so near to each other is one landmark");
     v.field("max_landmark_m", self.max_landmark_m, {0.1, 100.0}, "m",
             "segments that are larger have no middle to speak of");
+    v.field("view_cells", self.view_cells, {4.0, 1000.0}, "",
+            "an image's width is kept in so many cells: how far space was free");
     v.field("min_pixels", self.min_pixels, {1.0, 1e6}, "px", "with depth; of a landmark's segment");
   }
 };
@@ -33,6 +37,7 @@ struct SceneConfig {
 /// What a keyframe, or several around an anchor, show: in the frame of that keyframe's camera.
 struct Scene {
   Points points;
+  std::vector<DepthView> views;
   std::vector<Landmark> landmarks;
   Embedding image;  ///< empty if there is none
 };

@@ -70,14 +70,19 @@ ros_interface::InputConfig loadInput(const Arguments& arguments) {
 nlohmann::json toJson(const loops::LoopRecord& record, const loops::LoopCloser& closer) {
   const auto& keyframes = closer.keyframes();
   const auto& found = record.registration;
+  const Eigen::Vector3d t = found.T_target_source.translation();
+  const Eigen::Quaterniond q(found.T_target_source.linear());
   return {{"stamp_a_ns", keyframes.find(record.a)->stamp.ns},
           {"stamp_b_ns", keyframes.find(record.b)->stamp.ns},
           {"accepted", loops::isAccepted(record, closer.graph())},
           {"reason", loops::describeOutcome(record, closer.graph())},
           {"image_cosine", record.image_cosine},
           {"landmarks", record.num_landmarks},
+          {"T_a_b", {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}},
           {"overlap", found.overlap},
           {"rms_m", found.rms_m},
+          {"share_through", record.visibility.shareThrough()},
+          {"num_seen", record.visibility.num_seen + record.visibility.num_through},
           {"least_eigenvalue", found.least_eigenvalue}};
 }
 

@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 #include "task_scene_graph/ros/arrivals.h"
 #include "task_scene_graph/ros/geometry_conversions.h"
