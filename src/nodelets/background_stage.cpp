@@ -68,7 +68,7 @@ BackgroundStage::BackgroundStage(ros::NodeHandle& handle, const BackgroundStageO
       mesh_publisher_(handle, late_, report, options.world_frame,
                       options.fusion.background.tsdf.voxel_size_m * mapping::kBlockSide),
       camera_publisher_(handle, late_, options.world_frame),
-      places_(handle,
+      places_(handle, late_,
               {options.fusion.places, options.world_frame, options.queue_size,
                options.max_queue_bytes, options.on_map},
               report),

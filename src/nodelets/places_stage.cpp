@@ -10,11 +10,13 @@
 
 namespace tsg::nodelets {
 
-PlacesStage::PlacesStage(ros::NodeHandle& handle, const Options& options,
-                         ros_interface::StageReport& report)
+PlacesStage::PlacesStage(ros::NodeHandle& handle, ros_interface::LateSubscribers& late,
+                         const Options& options, ros_interface::StageReport& report)
     : options_(options),
       report_(report),
-      publisher_(handle.advertise<msg::PlaceGraph>("place_graph", 10, true)),
+      publisher_(late.advertise<msg::PlaceGraph>(
+          handle, "place_graph", 10,
+          [this](ros_interface::PartSender& sender) { sendNewest(sender); })),
       view_budget_(options.max_view_bytes),
       extractor_(std::make_unique<places::PlaceExtractor>(options.places)),
       thread_([this] { run(); }) {}
@@ -203,10 +205,19 @@ void PlacesStage::publish(const PlaceGraph& graph, std::uint64_t num_clears) {
   }
   const msg::PlaceGraphPtr message = ros_interface::toMessage(graph, options_.world_frame);
   message->sequence = sequence_ + 1;
-  publisher_.publish(message);
+  {
+    const std::lock_guard<std::mutex> lock(publish_mutex_);
+    newest_sent_ = message;
+    publisher_.publish(message);
+  }
   ++sequence_;
   if (options_.on_map) options_.on_map(graph, extractor_->plan());
   report_.set("places", std::to_string(graph.places.size()));
+}
+
+void PlacesStage::sendNewest(ros_interface::PartSender& sender) {
+  const std::lock_guard<std::mutex> lock(publish_mutex_);
+  if (newest_sent_ != nullptr) sender.send(*newest_sent_);
 }
 
 }  // namespace tsg::nodelets

@@ -20,6 +20,8 @@
 #include "task_scene_graph/mapping/tsdf_volume.h"
 #include "task_scene_graph/places/place_extractor.h"
 #include "task_scene_graph/ros/byte_budget.h"
+#include "task_scene_graph/ros/late_subscribers.h"
+#include "task_scene_graph/ros/messages.h"
 #include "task_scene_graph/ros/stage_report.h"
 
 namespace tsg::nodelets {
@@ -37,9 +39,12 @@ class PlacesStage {
     std::function<void(const PlaceGraph&, const places::GroundPlan&)> on_map{};
   };
 
-  /// Advertises `place_graph`.
+  /// Advertises `place_graph`, whose late subscribers get the newest graph. roscpp's own latch
+  /// would give one that comes during a publish the graph before, and that for good.
+  /// @param late    must be stopped before this object ends
   /// @param report  must outlive this object
-  PlacesStage(ros::NodeHandle& handle, const Options& options, ros_interface::StageReport& report);
+  PlacesStage(ros::NodeHandle& handle, ros_interface::LateSubscribers& late, const Options& options,
+              ros_interface::StageReport& report);
   ~PlacesStage() { stop(); }
 
   /// Asks for a graph as of `stamp`. Requests that wait become one, the newest. Never blocks.
@@ -105,9 +110,12 @@ class PlacesStage {
   void forgetWork();
   std::size_t countViews() const;
   void publish(const PlaceGraph& graph, std::uint64_t num_clears);
+  void sendNewest(ros_interface::PartSender& sender);
 
   const Options options_;
   ros_interface::StageReport& report_;
+  std::mutex publish_mutex_;  ///< keeps late subscribers and changes in order; for the next
+  msg::PlaceGraphConstPtr newest_sent_;  ///< null before the first one
   ros::Publisher publisher_;
   ros_interface::ByteBudget view_budget_;
   mutable std::mutex extractor_mutex_;  ///< guards the next; held by the thread during an update

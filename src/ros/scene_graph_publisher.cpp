@@ -18,7 +18,8 @@ SceneGraphPublisher::SceneGraphPublisher(ros::NodeHandle& handle, StageReport& r
     : options_(options),
       markers_(options.markers, options.world_frame),
       late_(report),
-      whole_publisher_(handle.advertise<msg::SceneGraph>("scene_graph", 10, true)),
+      whole_publisher_(late_.advertise<msg::SceneGraph>(
+          handle, "scene_graph", kQueueSize, [this](PartSender& sender) { sendGraph(sender); })),
       changes_publisher_(late_.advertise<msg::SceneGraphChanges>(
           handle, "scene_graph_changes", kQueueSize,
           [this](PartSender& sender) { sendWholeGraph(sender); })),
@@ -33,11 +34,11 @@ SceneGraphPublisher::SceneGraphPublisher(ros::NodeHandle& handle, StageReport& r
 void SceneGraphPublisher::publish(const scene_graph::SceneGraphPtr& graph, TaskNumbers& numbers) {
   const msg::SceneGraphConstPtr message =
       toMessage(*graph, options_.world_frame, options_.with_embeddings);
-  whole_publisher_.publish(message);
 #ifdef TSG_WITH_VISION_MSGS
   detections_publisher_.publish(toDetections<vision_msgs::Detection3DArray>(*graph, numbers));
 #endif
   const std::lock_guard<std::mutex> lock(mutex_);
+  whole_publisher_.publish(message);
   msg::SceneGraphChanges changes =
       computeChanges(message_ == nullptr ? msg::SceneGraph() : *message_, *message);
   graph_ = graph;
@@ -58,6 +59,11 @@ void SceneGraphPublisher::setMarkerConfig(const MarkerConfig& config, TaskNumber
 void SceneGraphPublisher::publishMarkers(TaskNumbers& numbers) {
   const visualization_msgs::MarkerArray markers = markers_.update(*graph_, numbers);
   if (!markers.markers.empty()) markers_publisher_.publish(markers);
+}
+
+void SceneGraphPublisher::sendGraph(PartSender& sender) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (message_ != nullptr) sender.send(*message_);
 }
 
 void SceneGraphPublisher::sendWholeGraph(PartSender& sender) {

@@ -4,12 +4,14 @@
 #include <visualization_msgs/MarkerArray.h>
 
 #include <array>
+#include <atomic>
 #include <filesystem>
 #include <map>
 #include <set>
 #include <thread>
 
 #include "background_stage.h"
+#include "places_stage.h"
 #include "support.h"
 #include "synthetic_robot.h"
 #include "task_scene_graph/map/files.h"
@@ -323,6 +325,25 @@ TEST(BackgroundStage, SavingWhileFramesComeLosesNone) {
   for (const auto* name : {"mesh.ply", "map.bt", "map.ot"}) {
     EXPECT_GT(std::filesystem::file_size(folder.path() / name), 100U) << name;
   }
+}
+
+TEST(Background, WhoComesDuringAPublishHasTheNewestPlacesInTheEnd) {
+  ros::NodeHandle handle("newest_places");
+  ros_interface::StageReport report("places");
+  ros_interface::LateSubscribers late(report);
+  nodelets::PlacesStage stage(handle, late, {{}, "world", 10, 1 << 20, {}}, report);
+  for (int round = 0; round < 50; ++round) {
+    std::atomic<std::uint64_t> newest{0};
+    stage.clear(Stamp::fromSeconds(100.0 + round));
+    const ros::Subscriber subscriber = handle.subscribe<msg::PlaceGraph>(
+        "place_graph", 10,
+        [&](const msg::PlaceGraphConstPtr& message) { newest = message->sequence; });
+    stage.clear(Stamp::fromSeconds(100.5 + round));
+    ASSERT_TRUE(stage.waitIdle(soon()));
+    EXPECT_TRUE(waitUntil([&] { return newest == stage.sequence(); }, 10.0))
+        << round << ": " << newest << " of " << stage.sequence();
+  }
+  late.stop();
 }
 
 }  // namespace

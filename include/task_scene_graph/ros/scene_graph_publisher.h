@@ -44,6 +44,7 @@ class SceneGraphPublisher {
   static constexpr std::uint32_t kQueueSize = 100;
 
   void publishMarkers(TaskNumbers& numbers);
+  void sendGraph(PartSender& sender);
   void sendWholeGraph(PartSender& sender);
   void sendAllMarkers(PartSender& sender);
 
