@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "task_scene_graph/loops/loop_closer.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -19,6 +20,8 @@ constexpr double kScorePerLandmark = 0.03;  ///< as much as this much more cosin
 constexpr std::size_t kMostCounted = 10;    ///< landmarks
 constexpr double kScorePerMetre = 0.05;     ///< less, as odometry is not all wrong
 constexpr double kThroughMargin_m = 0.1;
+constexpr double kLeastFixed = 1e-3;  ///< of the information of clouds that fix all directions
+constexpr std::size_t kMostClouds = 40;
 
 std::string toNumber(double value) {
   std::string text = std::to_string(value);
@@ -57,13 +60,27 @@ Eigen::Vector3d computeMiddle(const Points& points) {
   return sum_m / std::max(1.0, static_cast<double>(points.size()));
 }
 
-/// The less two clouds share, the less sure is what lies between: measured on generated apartments.
-trajectory::Matrix6d makeInformation(const LoopConfig& config, double overlap) {
+/// As if normals went to all sides. The less two clouds share, the less sure is what lies between:
+/// measured on generated apartments.
+trajectory::Matrix6d makePlainInformation(const LoopConfig& config, double overlap) {
   const double spread = std::pow(overlap, -1.5);
   trajectory::Vector6d deviations;
   deviations << Eigen::Vector3d::Constant(spread * config.loop_position_m),
       Eigen::Vector3d::Constant(spread * config.loop_angle_rad);
   return deviations.array().square().inverse().matrix().asDiagonal();
+}
+
+/// Less where the surfaces let it slide or turn, down to kLeastFixed of it.
+trajectory::Matrix6d makeInformation(const LoopConfig& config, const Registration& found) {
+  const trajectory::Matrix6d plain = makePlainInformation(config, found.overlap);
+  const Eigen::SelfAdjointEigenSolver<trajectory::Matrix6d> solver(found.fixation);
+  const trajectory::Vector6d shares =
+      (3.0 * solver.eigenvalues()).cwiseMax(kLeastFixed).cwiseMin(1.0);
+  const trajectory::Matrix6d fixed =
+      solver.eigenvectors() * shares.asDiagonal() * solver.eigenvectors().transpose();
+  const trajectory::Matrix6d root = plain.cwiseSqrt();
+  const trajectory::Matrix6d information = root * fixed * root;
+  return 0.5 * (information + information.transpose());
 }
 
 }  // namespace
@@ -181,7 +198,7 @@ bool LoopCloser::closeLoops(const Anchor& query) {
   for (const Candidate& candidate : candidates) {
     records_.push_back(verify(candidate, query, cloud));
     if (records_.back().outcome != LoopOutcome::kUnsupported) continue;
-    verified_.push_back(makeEdge(records_.back()));
+    verified_.push_back(makePlainEdge(records_.back()));
     unsupported_.push_back(records_.size() - 1);
   }
   return addSupported();
@@ -193,9 +210,8 @@ bool LoopCloser::addSupported() {
   std::vector<std::size_t> still_waiting;
   bool has_moved = false;
   for (const std::size_t index : unsupported_) {
-    const PoseEdge edge = makeEdge(records_[index]);
-    if (support.isSupported(edge, verified_)) {
-      has_moved = addToGraph(edge, records_[index]) || has_moved;
+    if (support.isSupported(makePlainEdge(records_[index]), verified_)) {
+      has_moved = addToGraph(makeEdge(records_[index]), records_[index]) || has_moved;
     } else {
       still_waiting.push_back(index);
     }
@@ -204,19 +220,37 @@ bool LoopCloser::addSupported() {
   return has_moved;
 }
 
-PoseEdge LoopCloser::makeEdge(const LoopRecord& record) const {
+/// For its support: where it could slide, another may say anything, and that is no support.
+PoseEdge LoopCloser::makePlainEdge(const LoopRecord& record) const {
   return {record.a, record.b, record.registration.T_target_source,
-          makeInformation(config_.loops, record.registration.overlap), trajectory::EdgeKind::kLoop};
+          makePlainInformation(config_.loops, record.registration.overlap),
+          trajectory::EdgeKind::kLoop};
+}
+
+PoseEdge LoopCloser::makeEdge(const LoopRecord& record) const {
+  PoseEdge edge = makePlainEdge(record);
+  edge.information = makeInformation(config_.loops, record.registration);
+  return edge;
+}
+
+/// Anchors near to each other have the same candidates; half a megabyte each.
+RegisteredCloud LoopCloser::cloudOf(const Anchor& anchor) {
+  const auto known = std::find_if(clouds_.begin(), clouds_.end(),
+                                  [&](const auto& entry) { return entry.first == anchor.id; });
+  if (known != clouds_.end()) return known->second;
+  if (clouds_.size() == kMostClouds) clouds_.pop_front();
+  clouds_.emplace_back(anchor.id, RegisteredCloud(anchor.scene.points, config_.registration));
+  return clouds_.back().second;
 }
 
 LoopRecord LoopCloser::verify(const Candidate& candidate, const Anchor& query,
-                              const RegisteredCloud& cloud) const {
+                              const RegisteredCloud& cloud) {
   LoopRecord record;
   record.a = candidate.anchor->id;
   record.b = query.id;
   record.image_cosine = candidate.cosine;
   record.num_landmarks = candidate.constellation.pairs.size();
-  const RegisteredCloud target(candidate.anchor->scene.points, config_.registration);
+  const RegisteredCloud target = cloudOf(*candidate.anchor);
   std::vector<Pose> guesses = {poseOf(record.a).inverse() * poseOf(record.b)};
   if (record.num_landmarks > 0) guesses.push_back(candidate.constellation.T_a_b);
   Pose by_features;

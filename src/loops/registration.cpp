@@ -24,7 +24,6 @@ using Features = pcl::PointCloud<pcl::FPFHSignature33>;
 using Tree = pcl::search::KdTree<pcl::PointNormal>;
 
 constexpr std::size_t kLeastPoints = 50;
-constexpr double kLever_m = 2.0;  ///< from metres to radians
 constexpr double kLeastCosine = 0.7;
 constexpr double kLeastStart = 0.1;  ///< share of points that have another to be drawn to
 constexpr int kRansacIterations = 5000;
@@ -149,7 +148,7 @@ namespace {
 struct Fit {
   double share = 0.0;
   double rms_m = 0.0;
-  double least_eigenvalue = 0.0;
+  trajectory::Matrix6d fixation = trajectory::Matrix6d::Zero();
 };
 
 Fit computeFit(const Cloud& source, const RegisteredCloud::Data& target,
@@ -178,10 +177,7 @@ Fit computeFit(const Cloud& source, const RegisteredCloud::Data& target,
     count += 1.0;
   }
   if (count == 0.0) return {};
-  const Eigen::SelfAdjointEigenSolver<trajectory::Matrix6d> solver(sum / count,
-                                                                   Eigen::EigenvaluesOnly);
-  return {count / static_cast<double>(source.size()), std::sqrt(squares / count),
-          solver.eigenvalues()(0)};
+  return {count / static_cast<double>(source.size()), std::sqrt(squares / count), sum / count};
 }
 
 /// PCL prints where it finds nothing; that is an answer here. Its level is the process's.
@@ -231,8 +227,11 @@ Registration registerClouds(const RegisteredCloud& source, const RegisteredCloud
     const Fit there = computeFit(*source.data().points, target.data(), T, config.inlier_m);
     const Fit back = computeFit(*target.data().points, source.data(), T.inverse(), config.inlier_m);
     const double overlap = std::min(there.share, back.share);
-    if (overlap > best.overlap) best = {T, overlap, there.rms_m, there.least_eigenvalue};
+    if (overlap > best.overlap) best = {T, overlap, there.rms_m, there.fixation};
   }
+  best.least_eigenvalue =
+      Eigen::SelfAdjointEigenSolver<trajectory::Matrix6d>(best.fixation, Eigen::EigenvaluesOnly)
+          .eigenvalues()(0);
   return best;
 }
 

@@ -98,18 +98,15 @@ class DemoQuestions(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.temporary = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(cls.temporary.cleanup)
         folder = pathlib.Path(os.path.realpath(cls.temporary.name))
         cls.session = Session(folder)
+        cls.addClassCleanup(cls.session.close)  # also where what follows fails
         cls.session.env.setdefault("XDG_CACHE_HOME", str(pathlib.Path.home() / ".cache"))  # the vocabulary
         bag = cls.render(folder)
         cls.things = json.loads((folder / "walk.ground_truth" / "instances.json").read_text())
         cls.walk(bag)
         cls.ask(folder)
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.session.close()
-        cls.temporary.cleanup()
 
     @classmethod
     def render(cls, folder):

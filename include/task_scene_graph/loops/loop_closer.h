@@ -4,6 +4,7 @@
 #include <deque>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "task_scene_graph/loops/constellation.h"
@@ -21,11 +22,11 @@ struct LoopConfig {
   double min_way_m = 6.0;
   double max_drift = 0.05;
   double least_reach_m = 1.5;
-  int max_candidates = 3;
+  int max_candidates = 5;
   double min_image_cosine = 0.0;
   double min_overlap = 0.3;
   double max_rms_m = 0.04;
-  double min_eigenvalue = 0.012;
+  double min_eigenvalue = 0.002;
   double max_share_through = 0.025;
   double loop_position_m = 0.03;
   double loop_angle_rad = 0.01;
@@ -52,7 +53,8 @@ struct LoopConfig {
     v.field("max_rms_m", self.max_rms_m, {0.001, 1.0}, "m",
             "largest root mean square distance of those that fit from the other cloud's planes");
     v.field("min_eigenvalue", self.min_eigenvalue, {0.0, 0.33}, "",
-            "clouds that fix a motion less, such as a corridor's, are refused");
+            "clouds that fix a motion less, such as a corridor's, are refused; those that fix it "
+            "little count less in the directions in which they could slide or turn");
     v.field(
         "max_share_through", self.max_share_through, {0.0, 1.0}, "",
         "share of the surfaces of one place in sight of the other that this one looked through");
@@ -154,8 +156,9 @@ class LoopCloser {
   Anchor makeAnchor(std::size_t keyframe, double progress_m) const;
   std::vector<Candidate> findCandidates(const Anchor& query) const;
   bool closeLoops(const Anchor& query);
-  LoopRecord verify(const Candidate& candidate, const Anchor& query,
-                    const RegisteredCloud& cloud) const;
+  LoopRecord verify(const Candidate& candidate, const Anchor& query, const RegisteredCloud& cloud);
+  RegisteredCloud cloudOf(const Anchor& anchor);
+  trajectory::PoseEdge makePlainEdge(const LoopRecord& record) const;
   trajectory::PoseEdge makeEdge(const LoopRecord& record) const;
   bool addSupported();
   bool addToGraph(const trajectory::PoseEdge& edge, LoopRecord& record);
@@ -171,6 +174,8 @@ class LoopCloser {
   std::deque<std::size_t> pending_;      ///< indices of keyframes that will be anchors
   std::optional<double> last_anchor_m_;  ///< progress
   std::vector<Anchor> anchors_;
+  std::deque<std::pair<trajectory::KeyframeId, RegisteredCloud>>
+      clouds_;  ///< of anchors, newest last
   std::vector<LoopRecord> records_;
   std::vector<trajectory::PoseEdge> verified_;  ///< those that fit, added or not
   std::vector<std::size_t> unsupported_;        ///< indices of records

@@ -47,13 +47,18 @@ class RegisteredCloud {
   std::shared_ptr<const Data> data_;
 };
 
+constexpr double kLever_m = 2.0;  ///< an angle counts as the motion of a point so far away
+
 /// How well one cloud lies on another.
 struct Registration {
   Pose T_target_source = Pose::Identity();
   double overlap = 0.0;  ///< share of points that fit: of source or target, the lower
   double rms_m = 0.0;    ///< of those of source that fit, from the target's planes
-  /// Least eigenvalue of the mean of J^T J over points that fit, J = [n; (p x n) / 2 m]: 1/3 for
-  /// normals to all sides, 0 where something can slide or turn (a corridor, a single wall).
+  /// Mean of J J^T over points that fit, J = [n; (p x n) / kLever_m], n the target's normals, all
+  /// in the source's frame: how much they fix a motion (position, then angle) of the source there.
+  trajectory::Matrix6d fixation = trajectory::Matrix6d::Zero();
+  /// Its least eigenvalue: 1/3 for normals to all sides, 0 where something can slide or turn (a
+  /// corridor, a single wall).
   double least_eigenvalue = 0.0;
 };
 

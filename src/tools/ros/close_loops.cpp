@@ -39,8 +39,7 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
       "Finds places that a recorded walk sees again, and corrects its trajectory.\n"
       "usage: close_loops --bag B [B2 ...] --output NEW.tum [options]\n"
       "Poses are odometry's (tf, --pose-topic or --trajectory). Recorded segmentations, if there\n"
-      "are, say what looks alike; else shape alone decides. Nothing is written unless all of it\n"
-      "can be.\noptions");
+      "are, say what looks alike; else shape alone decides.\noptions");
   description.add_options()("help,h", "print this")(
       "bag", options::value(&arguments.bags)->required()->multitoken(),
       "rosbags with colour, depth, camera info, poses; several are read as one")(
@@ -52,7 +51,7 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
       "true poses, TUM's format: prints the error before and after")(
       "max-drift", options::value(&loops.max_drift),
       "of odometry, share of the way: farther apart no place is looked for (0.05)")(
-      "max-candidates", options::value(&loops.max_candidates), "tried for each place (3)")(
+      "max-candidates", options::value(&loops.max_candidates), "tried for each place (5)")(
       "min-overlap", options::value(&loops.min_overlap), "share of points that must fit (0.3)");
   options::options_description input("input: as process_bag's");
   arguments.input.addTo(input);
@@ -143,11 +142,11 @@ void run(const Arguments& arguments) {
   printOutcomes(closer);
   if (truth) printError(*truth, odometry, corrected);
   std::vector<WrittenFile> files{{arguments.output, formatCount(corrected.size(), "pose")}};
+  writeTumTrajectory(arguments.output, corrected, "T_world_camera, corrected");
   if (!arguments.list.empty()) {
     writeList(arguments.list, closer);
     files.push_back({arguments.list, formatCount(closer.records().size(), "pair")});
   }
-  writeTumTrajectory(arguments.output, corrected, "T_world_camera, corrected");
   std::cout << describeWritten({}, files) << '\n';
 }
 

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
+#include <cmath>
 #include <random>
 
 #include "task_scene_graph/config/config.h"
@@ -114,6 +116,20 @@ TEST(Registration, OfACorridorCanSlide) {
   const Registration found = registerClouds(source, target, {Pose::Identity()}, {});
   EXPECT_GT(found.overlap, 0.7);
   EXPECT_LT(found.least_eigenvalue, 0.01);
+}
+
+TEST(Registration, WhatIsLeastFixedIsTheWayAlongTheCorridor) {
+  const RegisteredCloud target(makeCorridor(1), {});
+  for (const double yaw_rad : {0.0, 0.8, -2.0}) {
+    const Pose T = makeMotion(0.2, 0.1, yaw_rad);
+    const Registration found = registerClouds(seenFrom(T, makeCorridor(2)), target, {T}, {});
+    const Eigen::SelfAdjointEigenSolver<trajectory::Matrix6d> solver(found.fixation);
+    const Eigen::Vector3d along = T.linear().transpose() * Eigen::Vector3d::UnitX();
+    const trajectory::Vector6d weakest = solver.eigenvectors().col(0);
+    EXPECT_GT(std::abs(weakest.head<3>().dot(along)), 0.95) << yaw_rad;
+    EXPECT_NEAR(solver.eigenvalues()(0), found.least_eigenvalue, 1e-9);
+    EXPECT_GT(solver.eigenvalues()(1), 3.0 * found.least_eigenvalue);
+  }
 }
 
 TEST(Registration, OfAnotherRoomHasLessOverlapThanOfTheSame) {
