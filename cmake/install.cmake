@@ -6,5 +6,5 @@ install(TARGETS ${TSG_INSTALL_PROGRAMS} RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN
 install(DIRECTORY include/${PROJECT_NAME}/ DESTINATION ${CATKIN_PACKAGE_INCLUDE_DESTINATION})
 install(FILES nodelet_plugins.xml rviz_plugins.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
 install(DIRECTORY launch rviz config models DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
-install(PROGRAMS scripts/ask scripts/load_into_manager scripts/plan_path scripts/start_rviz scripts/tasks
+install(PROGRAMS scripts/ask scripts/load_into_manager scripts/plan_path scripts/plot_loops scripts/start_rviz scripts/tasks
   DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})

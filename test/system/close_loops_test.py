@@ -7,7 +7,7 @@ import subprocess
 import tempfile
 import unittest
 
-from ros_session import PROGRAMS
+from ros_session import PROGRAMS, SOURCE
 
 DRIFT = 0.02  # of the way, and a degree for each 10 m
 
@@ -75,6 +75,23 @@ class CloseLoops(unittest.TestCase):
         before, after = self.score(drifted), self.score(fixed)
         print("strict F1: %.3f drifted, %.3f corrected" % (before, after), flush=True)
         self.assertGreater(after, before + 0.3)  # 0.13 and 0.58; with true poses 0.87
+
+    def plot(self, *arguments):
+        return subprocess.run([str(SOURCE / "scripts" / "plot_loops"), "--before", str(self.truth / "odometry.txt"),
+                               "--after", str(self.corrected), *map(str, arguments)], stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE, universal_newlines=True, timeout=120)
+
+    def test_a_picture_of_it_can_be_drawn(self):
+        picture = self.folder / "loops.png"
+        done = self.plot("--list", self.folder / "loops.json", "--truth", self.truth / "poses.txt", "--output", picture)
+        if "python3-matplotlib" in done.stderr:
+            self.skipTest(done.stderr.strip())
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(picture.read_bytes()[:8], b"\x89PNG\r\n\x1a\n")
+        wrong = self.plot("--list", self.truth / "poses.txt", "--output", self.folder / "none.png")
+        self.assertNotEqual(wrong.returncode, 0)
+        self.assertIn("expected the list of close_loops", wrong.stderr)
+        self.assertFalse((self.folder / "none.png").exists())
 
     def test_what_is_not_there_is_named(self):
         output = self.folder / "none.tum"
