@@ -124,8 +124,10 @@ class SceneGraphNodelet : public StageNodelet {
   std::unique_ptr<ros_interface::Worker<Job>> worker_;
   std::unique_ptr<TunablesServer> tunables_;
   std::unique_ptr<ros_interface::SettingsFollower> upstream_settings_;
+  ros::CallbackQueue topics_queue_;  ///< not the nodelet's: see startTopics()
   ros::Subscriber primitives_subscriber_;
   ros::Subscriber places_subscriber_;
+  std::unique_ptr<ros::AsyncSpinner> topics_spinner_;
   ros::CallbackQueue interface_queue_;  ///< of tasks and questions: a save holds none of them up
   ros::NodeHandle interface_handle_;
   std::unique_ptr<TaskServices> tasks_;
@@ -139,6 +141,7 @@ SceneGraphNodelet::~SceneGraphNodelet() {
   stopServices();
   if (worker_ == nullptr) return;
   if (interface_spinner_ != nullptr) interface_spinner_->stop();
+  if (topics_spinner_ != nullptr) topics_spinner_->stop();
   primitives_subscriber_.shutdown();
   places_subscriber_.shutdown();
   worker_->waitIdle(std::chrono::steady_clock::now() + std::chrono::seconds(10));
@@ -276,18 +279,23 @@ void SceneGraphNodelet::startTopics() {
   tunables_ = serveTunables(
       getPrivateNodeHandle(), {config_.scene_graph, config_.markers},
       [this](const TunedConfig& config) { tune(config); }, report());
-  // Debian 11's nodelet queue takes nothing before the nodelet has started: latched messages are
-  // lost.
+  // Debian 11's nodelet queue takes no callback before the nodelet has started, while roscpp keeps
+  // the message: what comes meanwhile is never seen, or all later ones are seen one too late.
+  ros::NodeHandle topics_handle(handle);
+  topics_handle.setCallbackQueue(&topics_queue_);
   ros::NodeHandle settings_handle(handle);
   settings_handle.setCallbackQueue(serviceHandle().getCallbackQueue());
   upstream_settings_ =
       std::make_unique<ros_interface::SettingsFollower>(settings_handle, config_.upstream);
   primitives_subscriber_ =
-      handle.subscribe("object_primitives", 0, &SceneGraphNodelet::onPrimitives, this);
-  places_subscriber_ = handle.subscribe("place_graph", 100, &SceneGraphNodelet::onPlaces, this);
+      topics_handle.subscribe("object_primitives", 0, &SceneGraphNodelet::onPrimitives, this);
+  places_subscriber_ =
+      topics_handle.subscribe("place_graph", 100, &SceneGraphNodelet::onPlaces, this);
   watch_ = std::make_unique<ros_interface::TopicWatch>(report(), config_.patience_s);
   watch_->add(places_subscriber_, "place_graph");
   worker_->pushOrder([](scene_graph::SceneGraphBuilder&) {});  // publishes the graph of now
+  topics_spinner_ = std::make_unique<ros::AsyncSpinner>(1, &topics_queue_);
+  topics_spinner_->start();
 }
 
 void SceneGraphNodelet::check() {
