@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "task_scene_graph/loops/loop_closer.h"
+#include "task_scene_graph/map/merge.h"
 #include "task_scene_graph/mapping/moved_voxels.h"
 #include "task_scene_graph/scene_graph/scoring.h"
 #include "task_scene_graph/trajectory/se3.h"
@@ -24,7 +25,6 @@ constexpr double kPlaceReach_m = 2.0;
 constexpr std::size_t kMostAlike = 8;     ///< scenes of the other map, by their images
 constexpr std::size_t kMostTried = 4;     ///< ... of them, by their landmarks
 constexpr double kScorePerPair = 0.03;    ///< of a constellation: as much as so much cosine
-constexpr double kMaxTilt_rad = 0.0873;   ///< 5 degrees
 constexpr double kSame_m = 0.3;           ///< two estimates that differ by less, and ...
 constexpr double kSameTurn_rad = 0.0524;  ///< ... 3 degrees, say the same
 constexpr double kSameThing_m = 0.5;
@@ -93,14 +93,16 @@ Points collectPoints(const map::Map& map, const Eigen::Vector3d& eye_m, float vo
   return downsample(points, voxel_m);
 }
 
+bool isLandmark(const ObjectPrimitive& primitive, double largest_m) {
+  return hasDirection(primitive.embedding) && primitive.box.sizes().maxCoeff() <= largest_m;
+}
+
 std::vector<Landmark> collectLandmarks(const map::Map& map, const Eigen::Vector3d& eye_m,
                                        double largest_m) {
   std::vector<Landmark> landmarks;
   for (const ObjectPrimitivePtr& primitive : map.primitives()) {
-    if (!hasDirection(primitive->embedding)) continue;
-    const double size_m = primitive->box.sizes().maxCoeff();
     const Eigen::Vector3d from_eye_m = primitive->box.center() - eye_m;
-    if (from_eye_m.norm() > kReach_m || size_m > largest_m) continue;
+    if (from_eye_m.norm() > kReach_m || !isLandmark(*primitive, largest_m)) continue;
     landmarks.push_back({from_eye_m, primitive->embedding});
   }
   return landmarks;
@@ -159,13 +161,10 @@ std::vector<Candidate> findCandidates(const std::vector<MapScene>& scenes, const
   return candidates;
 }
 
-bool isUpright(const Pose& T) {
-  return std::acos(std::clamp(T.linear()(2, 2), -1.0, 1.0)) <= kMaxTilt_rad;
-}
-
 bool fits(const Registration& found, const LoopConfig& config) {
   return found.overlap >= config.min_overlap && found.rms_m <= config.max_rms_m &&
-         found.least_eigenvalue >= config.min_eigenvalue && isUpright(found.T_target_source);
+         found.least_eigenvalue >= config.min_eigenvalue &&
+         map::computeTilt(found.T_target_source) <= map::kMaxTilt_rad;
 }
 
 std::vector<Estimate> compare(const std::vector<MapScene>& scenes_a,
@@ -254,6 +253,16 @@ Pose computeMean(const Set& set) {
   return mean;
 }
 
+/// Whether the map has what looks so near to there.
+bool hasThing(const map::Map& map, const Landmark& thing, double min_cosine) {
+  return std::any_of(map.primitives().begin(), map.primitives().end(),
+                     [&](const ObjectPrimitivePtr& other) {
+                       return (other->box.center() - thing.position_m).norm() <= kSameThing_m &&
+                              other->embedding.size() == thing.embedding.size() &&
+                              computeCosine(other->embedding, thing.embedding) >= min_cosine;
+                     });
+}
+
 /// Of the things around the places that agree: how many are in a too, and how many there are.
 std::pair<std::size_t, std::size_t> countThings(const map::Map& a, const map::Map& b,
                                                 const Set& set, const Pose& T_a_b,
@@ -265,20 +274,10 @@ std::pair<std::size_t, std::size_t> countThings(const map::Map& a, const map::Ma
     const bool is_near = std::any_of(set.begin(), set.end(), [&](const Estimate& estimate) {
       return (estimate.eye_m - middle_m).norm() <= kPlaceReach_m;
     });
-    if (!is_near || !hasDirection(thing->embedding) ||
-        thing->box.sizes().maxCoeff() > config.scene.max_landmark_m) {
-      continue;
-    }
+    if (!is_near || !isLandmark(*thing, config.scene.max_landmark_m)) continue;
     ++num_things;
-    const Eigen::Vector3d in_a_m = T_a_b * middle_m;
-    const bool is_there = std::any_of(
-        a.primitives().begin(), a.primitives().end(), [&](const ObjectPrimitivePtr& other) {
-          return (other->box.center() - in_a_m).norm() <= kSameThing_m &&
-                 other->embedding.size() == thing->embedding.size() &&
-                 computeCosine(other->embedding, thing->embedding) >=
-                     config.constellation.min_cosine;
-        });
-    num_there += is_there ? 1 : 0;
+    const Landmark in_a{T_a_b * middle_m, thing->embedding};
+    if (hasThing(a, in_a, config.constellation.min_cosine)) ++num_there;
   }
   return {num_there, num_things};
 }

@@ -19,8 +19,6 @@ using mapping::BlockMesh;
 using mapping::GridIndex;
 using Cells = std::unordered_set<GridIndex, mapping::GridIndexHash>;
 
-constexpr double kMaxTilt_rad = 5.0 * 3.14159265358979323846 / 180.0;
-
 template <typename Value>
 void requireSame(const char* what, const Value& a, const Value& b, const char* hint = "") {
   if (a == b || a == Value{} || b == Value{}) return;
@@ -43,7 +41,7 @@ void requireMergeable(const Map& a, const Map& b, const MergeOptions& options) {
     requireSame("coordinates in frame", quote(a.worldFrame()), quote(b.worldFrame()),
                 "; or a transform");
   }
-  const double tilt_rad = std::acos(std::clamp(options.T_a_b.linear()(2, 2), -1.0, 1.0));
+  const double tilt_rad = computeTilt(options.T_a_b);
   if (tilt_rad <= kMaxTilt_rad) return;
   std::ostringstream message;
   message << "the transform tilts by " << tilt_rad / kMaxTilt_rad * 5.0
@@ -153,6 +151,10 @@ void recordSources(const Map& b, const MergeOptions& options, std::uint64_t prim
 }
 
 }  // namespace
+
+double computeTilt(const Pose& motion) {
+  return std::acos(std::clamp(motion.linear()(2, 2), -1.0, 1.0));
+}
 
 void recluster(Map& map) {
   scene_graph::SceneGraphBuilder builder(map.settings().scene_graph, map.worldFrame());

@@ -8,6 +8,12 @@
 
 namespace tsg::map {
 
+/// Largest tilt of a transform between two maps: objects stand upright and floors are level.
+constexpr double kMaxTilt_rad = 5.0 * 3.14159265358979323846 / 180.0;
+
+/// By how much a motion tilts what is vertical [rad], 0 to pi.
+double computeTilt(const Pose& motion);
+
 /// How two maps become one.
 struct MergeOptions {
   Pose T_a_b = Pose::Identity();    ///< from `b`'s coordinates to `a`'s; upright
