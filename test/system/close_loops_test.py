@@ -7,14 +7,10 @@ import subprocess
 import tempfile
 import unittest
 
-from ros_session import PROGRAMS, SOURCE
+from map_folders import run, run_well
+from ros_session import SOURCE
 
 DRIFT = 0.02  # of the way, and a degree for each 10 m
-
-
-def run(program, *arguments):
-    return subprocess.run([str(PROGRAMS / program), *map(str, arguments)], stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, universal_newlines=True, timeout=600)
 
 
 def count_poses(path):
@@ -30,25 +26,19 @@ class CloseLoops(unittest.TestCase):
         cls.truth = cls.folder / "walk.ground_truth"
         cls.tasks = cls.folder / "walk.object_tasks.yaml"
         cls.corrected = cls.folder / "corrected.tum"
-        cls.must("simulate_apartment", "--seed", 1, "--laps", 2, "--drift", DRIFT, "--width", 160, "--height", 120,
+        run_well("simulate_apartment", "--seed", 1, "--laps", 2, "--drift", DRIFT, "--width", 160, "--height", 120,
                  "--output", cls.bag)
-        cls.closed = cls.must("close_loops", "--bag", cls.bag, "--output", cls.corrected,
+        cls.closed = run_well("close_loops", "--bag", cls.bag, "--output", cls.corrected,
                               "--list", cls.folder / "loops.json", "--truth", cls.truth / "poses.txt")
 
     @classmethod
     def tearDownClass(cls):
         cls.temporary.cleanup()
 
-    @classmethod
-    def must(cls, program, *arguments):
-        done = run(program, *arguments)
-        assert done.returncode == 0, done.stdout + done.stderr
-        return done.stdout
-
     def score(self, folder):
         """Strict F1 of the objects."""
         out = self.folder / "scores.json"
-        self.must("evaluate_scene_graph", "--map", folder, "--truth", self.truth / "tasks.yaml",
+        run_well("evaluate_scene_graph", "--map", folder, "--truth", self.truth / "tasks.yaml",
                   "--tasks", self.tasks, "--json", out)
         return json.loads(out.read_text())["paper"]["strict"]["f1"]
 
@@ -69,9 +59,9 @@ class CloseLoops(unittest.TestCase):
 
     def test_the_map_that_follows_has_the_objects_where_they_are(self):
         drifted, fixed = self.folder / "drifted", self.folder / "fixed"
-        self.must("process_bag", "--bag", self.bag, "--output", drifted, "--object-tasks", self.tasks,
+        run_well("process_bag", "--bag", self.bag, "--output", drifted, "--object-tasks", self.tasks,
                   "--place-tasks", self.folder / "walk.place_tasks.yaml")
-        self.must("correct_map", "--map", drifted, "--trajectory", self.corrected, "--output", fixed)
+        run_well("correct_map", "--map", drifted, "--trajectory", self.corrected, "--output", fixed)
         before, after = self.score(drifted), self.score(fixed)
         print("strict F1: %.3f drifted, %.3f corrected" % (before, after), flush=True)
         self.assertGreater(after, before + 0.3)  # 0.13 and 0.58; with true poses 0.87

@@ -4,18 +4,12 @@ import json
 import math
 import pathlib
 import shutil
-import subprocess
 import tempfile
 import unittest
 
-from ros_session import PROGRAMS
+from map_folders import run
 
 DURATION_S = 12.0
-
-
-def run(program, *arguments):
-    return subprocess.run([str(PROGRAMS / program), *map(str, arguments)], stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, universal_newlines=True, timeout=300)
 
 
 def read_poses(path):

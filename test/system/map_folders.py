@@ -9,9 +9,16 @@ import rosbag
 from ros_session import PROGRAMS
 
 
-def run(program, *arguments, **options):
+def run(program, *arguments, timeout=300, **options):
     return subprocess.run([str(PROGRAMS / program), *map(str, arguments)], stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, universal_newlines=True, timeout=300, **options)
+                          stderr=subprocess.PIPE, universal_newlines=True, timeout=timeout, **options)
+
+
+def run_well(program, *arguments):
+    """What it printed; it must have ended well."""
+    done = run(program, *arguments, timeout=600)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
 
 
 def cut_bag(source, target, first_s, end_s):

@@ -3,19 +3,13 @@
 import math
 import pathlib
 import re
-import subprocess
 import tempfile
 import unittest
 
-from ros_session import PROGRAMS
+from map_folders import run, run_well
 
 TURN = 2.2  # of the second map's coordinates, about the vertical
 SHIFT = (7.0, -12.0, 0.3)
-
-
-def run(program, *arguments):
-    return subprocess.run([str(PROGRAMS / program), *map(str, arguments)], stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, universal_newlines=True, timeout=600)
 
 
 def turn(x, y, angle):
@@ -39,7 +33,7 @@ class MergeAlign(unittest.TestCase):
         cls.temporary = tempfile.TemporaryDirectory()
         cls.folder = pathlib.Path(cls.temporary.name)
         for seed in (1, 2):
-            cls.must("simulate_apartment", "--seed", seed, "--width", 160, "--height", 120,
+            run_well("simulate_apartment", "--seed", seed, "--width", 160, "--height", 120,
                      "--output", cls.folder / ("walk%d.bag" % seed))
         cls.make_map("first", 1, 0.0, 60.0, str)
         cls.make_map("second", 1, 40.0, 100.0, move_pose)
@@ -50,19 +44,13 @@ class MergeAlign(unittest.TestCase):
         cls.temporary.cleanup()
 
     @classmethod
-    def must(cls, program, *arguments):
-        done = run(program, *arguments)
-        assert done.returncode == 0, done.stdout + done.stderr
-        return done.stdout
-
-    @classmethod
     def make_map(cls, name, seed, begin, end, change):
         walk = cls.folder / ("walk%d" % seed)
         poses = cls.folder / (name + ".tum")
         lines = pathlib.Path("%s.ground_truth/poses.txt" % walk).read_text().splitlines(True)
         poses.write_text("".join(change(line) for line in lines
                                  if not line.startswith("#") and begin <= float(line.split()[0]) <= end))
-        cls.must("process_bag", "--bag", "%s.bag" % walk, "--trajectory", poses, "--output", cls.folder / name,
+        run_well("process_bag", "--bag", "%s.bag" % walk, "--trajectory", poses, "--output", cls.folder / name,
                  "--object-tasks", "%s.object_tasks.yaml" % walk, "--place-tasks", "%s.place_tasks.yaml" % walk)
 
     def merge(self, a, b, out, *arguments):
