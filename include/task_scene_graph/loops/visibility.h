@@ -15,8 +15,8 @@ struct DepthView {
   std::vector<float> nearest_m;  ///< depth of the nearest reading of each cell, row by row; 0: none
 };
 
-/// Cells of `cell_px` squared; one that lacks half of its readings is 0. O(pixels).
-/// @param T_scene_camera  identity: the camera's frame is the scene's
+/// Cells of `cell_px` squared; one that lacks half of its readings is 0. In the camera's frame.
+/// O(pixels).
 DepthView makeDepthView(const DepthImage& depth, const CameraModel& camera, int cell_px);
 
 /// How two scenes see each other's surfaces.
