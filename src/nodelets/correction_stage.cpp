@@ -63,11 +63,9 @@ CorrectionStage::CorrectionStage(ros::NodeHandle& handle, const Options& options
   if (config.odometry_frame == options_.world_frame) T_world_odometry_ = Pose::Identity();
   tf_feed_ = std::make_unique<ros_interface::TransformFeed>(
       tf_, tf_history_, [](const std::string&) {});  // the frames' own feed says it
-  trajectory_publisher_ = handle.advertise<nav_msgs::Path>("trajectory", 1, true);
-  before_publisher_ = handle.advertise<nav_msgs::Path>("trajectory_before", 1, true);
-  if (config.close_loops) {
-    loop_publisher_ = handle.advertise<visualization_msgs::MarkerArray>("loop_closures", 1, true);
-  }
+  trajectory_publisher_ = {handle, "trajectory"};
+  before_publisher_ = {handle, "trajectory_before"};
+  if (config.close_loops) loop_publisher_ = {handle, "loop_closures"};
   if (config.path_topic.empty()) return;
   path_subscriber_ = handle.subscribe<nav_msgs::Path>(
       config.path_topic, 1, [this](const nav_msgs::PathConstPtr& path) { worker_.push(path); });
@@ -345,10 +343,11 @@ void CorrectionStage::check() {
               std::to_string(num_refused_) + (num_refused_ > 0 ? "; last: " + last_refusal_ : ""));
   report_.set("corrections: those that change too little", std::to_string(num_small_));
   report_.set("corrections: under way", under_way_.expired() ? "no" : "yes");
-  if (trajectory_publisher_.getNumSubscribers() > 0) publish(trajectory_publisher_, own_);
+  if (trajectory_publisher_.numSubscribers() > 0) publish(trajectory_publisher_, own_);
 }
 
-void CorrectionStage::publish(const ros::Publisher& publisher, const Trajectory& trajectory) const {
+void CorrectionStage::publish(const ros_interface::StatePublisher<nav_msgs::Path>& publisher,
+                              const Trajectory& trajectory) const {
   nav_msgs::Path path;
   path.header.frame_id = options_.world_frame;
   if (!trajectory.isEmpty()) path.header.stamp = ros_interface::toRosTime(trajectory.last());

@@ -4,6 +4,7 @@
 #include <nav_msgs/Path.h>
 #include <ros/node_handle.h>
 #include <tf2/buffer_core.h>
+#include <visualization_msgs/MarkerArray.h>
 
 #include <atomic>
 #include <chrono>
@@ -20,6 +21,7 @@
 #include "task_scene_graph/core/frame.h"
 #include "task_scene_graph/core/trajectory.h"
 #include "task_scene_graph/ros/stage_report.h"
+#include "task_scene_graph/ros/state_publisher.h"
 #include "task_scene_graph/ros/transform_feed.h"
 #include "task_scene_graph/ros/transform_history.h"
 #include "task_scene_graph/ros/worker.h"
@@ -99,7 +101,8 @@ class CorrectionStage {
   void correct(trajectory::OutsideCorrection correction);
   void refuse(const std::string& source, const std::string& reason);
   bool isWorthIt(double motion_m, double turn_rad) const;
-  void publish(const ros::Publisher& publisher, const Trajectory& trajectory) const;
+  void publish(const ros_interface::StatePublisher<nav_msgs::Path>& publisher,
+               const Trajectory& trajectory) const;
 
   const Options options_;
   ros_interface::StageReport& report_;
@@ -118,9 +121,9 @@ class CorrectionStage {
   std::uint64_t num_refused_ = 0;
   std::uint64_t num_small_ = 0;
   std::string last_refusal_;
-  ros::Publisher trajectory_publisher_;
-  ros::Publisher before_publisher_;
-  ros::Publisher loop_publisher_;
+  ros_interface::StatePublisher<nav_msgs::Path> trajectory_publisher_;
+  ros_interface::StatePublisher<nav_msgs::Path> before_publisher_;
+  ros_interface::StatePublisher<visualization_msgs::MarkerArray> loop_publisher_;
   ros::Publisher tf_publisher_;  ///< none unless loop closures say where the odometry is
   ros::Subscriber path_subscriber_;
   ros_interface::Worker<nav_msgs::PathConstPtr> worker_;

@@ -106,7 +106,7 @@ class MeshFusionNodelet : public StageNodelet {
 };
 
 MeshFusionNodelet::~MeshFusionNodelet() {
-  stopServices();
+  stopCallbacks();
   save_server_.shutdown();
   part_server_.shutdown();
   load_server_.shutdown();
@@ -143,7 +143,7 @@ void MeshFusionNodelet::start() {
 }
 
 void MeshFusionNodelet::startStages() {
-  ros::NodeHandle& handle = getNodeHandle();
+  ros::NodeHandle& handle = topicHandle();
   const std::string& world_frame = config_.input.world_frame;
   planning::PlannerConfig planner = config_.planner;
   planner.max_step_m = config_.background_fusion.places.max_step_m;
@@ -180,7 +180,7 @@ void MeshFusionNodelet::startCorrections() {
   };
   callbacks.camera_frame = [this] { return input_ == nullptr ? "" : input_->cameraFrame(); };
   corrections_ = std::make_unique<CorrectionStage>(
-      getNodeHandle(), CorrectionStage::Options{config_.corrections, config_.input.world_frame},
+      topicHandle(), CorrectionStage::Options{config_.corrections, config_.input.world_frame},
       report(), callbacks);
   const CorrectionConfig& config = config_.corrections;
   if (!config.close_loops) return;
@@ -192,7 +192,7 @@ void MeshFusionNodelet::startCorrections() {
 }
 
 void MeshFusionNodelet::subscribe() {
-  ros::NodeHandle& handle = getNodeHandle();
+  ros::NodeHandle& handle = topicHandle();
   ros_interface::InputConfig input = config_.input;
   if (corrections_->isOn()) input.world_frame = config_.corrections.odometry_frame;
   const auto& tsdf = config_.background_fusion.background.tsdf;

@@ -79,7 +79,7 @@ NavigationStage::NavigationStage(const ros::NodeHandle& handle, const Options& o
       handle_(handle),
       spinner_(1, &queue_) {
   handle_.setCallbackQueue(&queue_);
-  path_publisher_ = handle_.advertise<nav_msgs::Path>("path", 1, true);
+  path_publisher_ = {handle_, "path"};
   graph_subscriber_ = handle_.subscribe("scene_graph", 1, &NavigationStage::onSceneGraph, this);
   server_ = handle_.advertiseService("plan_path", &NavigationStage::servePlan, this);
   spinner_.start();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <nav_msgs/Path.h>
 #include <ros/callback_queue.h>
 #include <ros/node_handle.h>
 #include <ros/spinner.h>
@@ -20,6 +21,7 @@
 #include "task_scene_graph/ros/late_subscribers.h"
 #include "task_scene_graph/ros/messages.h"
 #include "task_scene_graph/ros/stage_report.h"
+#include "task_scene_graph/ros/state_publisher.h"
 #include "task_scene_graph/ros/storey_publisher.h"
 
 namespace tsg::nodelets {
@@ -78,7 +80,7 @@ class NavigationStage {
   msg::SceneGraphConstPtr graph_;
   ros::CallbackQueue queue_;
   ros::NodeHandle handle_;  ///< whose callbacks `spinner_` calls
-  ros::Publisher path_publisher_;
+  ros_interface::StatePublisher<nav_msgs::Path> path_publisher_;
   ros::Subscriber graph_subscriber_;
   ros::ServiceServer server_;
   ros::AsyncSpinner spinner_;

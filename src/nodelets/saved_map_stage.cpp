@@ -27,7 +27,6 @@ SavedMapStage::SavedMapStage(ros::NodeHandle& handle, const map::Map& map,
       tuned_{map.settings().scene_graph,
              map::readSettings<ros_interface::MarkerConfig>(folder, "scene_graph", "markers")},
       publisher_(handle, report, {map.worldFrame(), false, tuned_.markers}),
-      settings_publisher_(stage_.advertise<msg::StageSettings>("settings", 1, true)),
       navigation_(handle, makeNavigationOptions(map, folder), report),
       spinner_(1, &queue_) {
   builder_.setObjectTasks(map.objectTasks());
@@ -37,6 +36,7 @@ SavedMapStage::SavedMapStage(ros::NodeHandle& handle, const map::Map& map,
   const auto& poses = map.trajectory()->poses();
   if (!poses.empty()) navigation_.setCamera(poses.rbegin()->second.translation());
   stage_.setCallbackQueue(&queue_);
+  settings_publisher_ = {stage_, "settings"};
   startServices(encoder);
   tunables_ = serveTunables(
       stage_, tuned_, [this](const TunedConfig& config) { tune(config); }, report);
@@ -61,7 +61,7 @@ void SavedMapStage::startServices(const std::shared_ptr<language::WordEncoder>& 
                            [this](const std::map<PrimitiveId, std::int32_t>& object_of_primitive) {
                              return makeMeshPoints(map_, object_of_primitive);
                            }};
-  tasks_ = std::make_unique<TaskServices>(stage_, stage_, access, encoder, TaskServices::Files{});
+  tasks_ = std::make_unique<TaskServices>(stage_, access, encoder, TaskServices::Files{});
   questions_ = std::make_unique<QuestionServices>(stage_, access, encoder);
 }
 

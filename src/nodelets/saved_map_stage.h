@@ -17,6 +17,7 @@
 #include "task_scene_graph/map/map.h"
 #include "task_scene_graph/ros/scene_graph_publisher.h"
 #include "task_scene_graph/ros/stage_report.h"
+#include "task_scene_graph/ros/state_publisher.h"
 #include "task_services.h"
 
 namespace tsg::nodelets {
@@ -49,7 +50,7 @@ class SavedMapStage {
   scene_graph::SceneGraphPtr graph_;
   TunedConfig tuned_;
   ros_interface::SceneGraphPublisher publisher_;
-  ros::Publisher settings_publisher_;
+  ros_interface::StatePublisher<msg::StageSettings> settings_publisher_;
   NavigationStage navigation_;
   std::unique_ptr<TaskServices> tasks_;
   std::unique_ptr<QuestionServices> questions_;

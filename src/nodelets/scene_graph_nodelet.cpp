@@ -124,10 +124,8 @@ class SceneGraphNodelet : public StageNodelet {
   std::unique_ptr<ros_interface::Worker<Job>> worker_;
   std::unique_ptr<TunablesServer> tunables_;
   std::unique_ptr<ros_interface::SettingsFollower> upstream_settings_;
-  ros::CallbackQueue topics_queue_;  ///< not the nodelet's: see startTopics()
   ros::Subscriber primitives_subscriber_;
   ros::Subscriber places_subscriber_;
-  std::unique_ptr<ros::AsyncSpinner> topics_spinner_;
   ros::CallbackQueue interface_queue_;  ///< of tasks and questions: a save holds none of them up
   ros::NodeHandle interface_handle_;
   std::unique_ptr<TaskServices> tasks_;
@@ -138,10 +136,9 @@ class SceneGraphNodelet : public StageNodelet {
 };
 
 SceneGraphNodelet::~SceneGraphNodelet() {
-  stopServices();
+  stopCallbacks();
   if (worker_ == nullptr) return;
   if (interface_spinner_ != nullptr) interface_spinner_->stop();
-  if (topics_spinner_ != nullptr) topics_spinner_->stop();
   primitives_subscriber_.shutdown();
   places_subscriber_.shutdown();
   worker_->waitIdle(std::chrono::steady_clock::now() + std::chrono::seconds(10));
@@ -247,7 +244,7 @@ void SceneGraphNodelet::startInterface() {
   const GraphAccess access{[this] { return graph(); }, [this](const Job& job) { runJob(job); },
                            [this](const std::string& name) { return upstreamServices(name); }};
   tasks_ = std::make_unique<TaskServices>(
-      getPrivateNodeHandle(), interface_handle_, access, encoder_,
+      interface_handle_, access, encoder_,
       TaskServices::Files{config_.object_tasks, config_.place_tasks});
   questions_ = std::make_unique<QuestionServices>(interface_handle_, access, encoder_);
   interface_spinner_ = std::make_unique<ros::AsyncSpinner>(1, &interface_queue_);
@@ -267,7 +264,7 @@ void SceneGraphNodelet::runJob(const Job& job) {
 }
 
 void SceneGraphNodelet::startTopics() {
-  ros::NodeHandle& handle = getNodeHandle();
+  ros::NodeHandle& handle = topicHandle();
   publisher_ = std::make_unique<ros_interface::SceneGraphPublisher>(
       handle, report(),
       ros_interface::SceneGraphPublisher::Options{config_.world_frame, config_.with_embeddings,
@@ -277,25 +274,18 @@ void SceneGraphNodelet::startTopics() {
   }
   startInterface();  // before the first message, which may come at once
   tunables_ = serveTunables(
-      getPrivateNodeHandle(), {config_.scene_graph, config_.markers},
+      interface_handle_, {config_.scene_graph, config_.markers},
       [this](const TunedConfig& config) { tune(config); }, report());
-  // Debian 11's nodelet queue takes no callback before the nodelet has started, while roscpp keeps
-  // the message: what comes meanwhile is never seen, or all later ones are seen one too late.
-  ros::NodeHandle topics_handle(handle);
-  topics_handle.setCallbackQueue(&topics_queue_);
   ros::NodeHandle settings_handle(handle);
   settings_handle.setCallbackQueue(serviceHandle().getCallbackQueue());
   upstream_settings_ =
       std::make_unique<ros_interface::SettingsFollower>(settings_handle, config_.upstream);
   primitives_subscriber_ =
-      topics_handle.subscribe("object_primitives", 0, &SceneGraphNodelet::onPrimitives, this);
-  places_subscriber_ =
-      topics_handle.subscribe("place_graph", 100, &SceneGraphNodelet::onPlaces, this);
+      handle.subscribe("object_primitives", 0, &SceneGraphNodelet::onPrimitives, this);
+  places_subscriber_ = handle.subscribe("place_graph", 100, &SceneGraphNodelet::onPlaces, this);
   watch_ = std::make_unique<ros_interface::TopicWatch>(report(), config_.patience_s);
   watch_->add(places_subscriber_, "place_graph");
   worker_->pushOrder([](scene_graph::SceneGraphBuilder&) {});  // publishes the graph of now
-  topics_spinner_ = std::make_unique<ros::AsyncSpinner>(1, &topics_queue_);
-  topics_spinner_->start();
 }
 
 void SceneGraphNodelet::check() {

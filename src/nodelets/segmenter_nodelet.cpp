@@ -23,7 +23,7 @@ namespace tsg::nodelets {
 class SegmenterNodelet : public StageNodelet {
  public:
   ~SegmenterNodelet() override {
-    stopServices();
+    stopCallbacks();
     if (segmenter_ != nullptr) segmenter_->cancel();
   }
 
@@ -68,15 +68,15 @@ void SegmenterNodelet::start() {
   }
   segmenter_ = std::make_unique<segmentation::Segmenter>(
       segmentation::loadModelSet(config.models.string()), config.segmenter);
-  publisher_ = getNodeHandle().advertise<msg::Segmentation>(config.input.segmentation_topic, 100);
-  overlay_publisher_ = getNodeHandle().advertise<sensor_msgs::Image>("segmentation_overlay", 2);
+  publisher_ = topicHandle().advertise<msg::Segmentation>(config.input.segmentation_topic, 100);
+  overlay_publisher_ = topicHandle().advertise<sensor_msgs::Image>("segmentation_overlay", 2);
   embed_server_ =
       serviceHandle().advertiseService("embed_image", &SegmenterNodelet::serveEmbed, this);
   worker_ =
       std::make_unique<ros_interface::Worker<Item>>(1, [this](const Item& item) { process(item); });
   watch_ = std::make_unique<ros_interface::TopicWatch>(report(), config.input.patience_s);
   subscriber_ = std::make_unique<ros_interface::ImageSubscriber>(
-      getNodeHandle(), config.input.color_topic, 1,
+      topicHandle(), config.input.color_topic, 1,
       [this](const ros_interface::SourceImage& image) { onImage(image); });
   watch_->add(subscriber_->subscriber(), config.input.color_topic, "sensor_msgs/Image");
 }

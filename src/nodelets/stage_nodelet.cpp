@@ -33,6 +33,8 @@ void StageNodelet::onInit() {
     report_ = std::make_unique<ros_interface::StageReport>(getName());
     service_handle_ = ros::NodeHandle(getPrivateNodeHandle());
     service_handle_.setCallbackQueue(&service_queue_);
+    topic_handle_ = ros::NodeHandle(getNodeHandle());
+    topic_handle_.setCallbackQueue(&topic_queue_);
     start();
     publishSettings();
     const double period_s = getPrivateNodeHandle().param("diagnostic_period", 1.0);
@@ -40,8 +42,10 @@ void StageNodelet::onInit() {
                                                                  getPrivateNodeHandle(), getName());
     diagnostics_->setHardwareID(ros::network::getHost());
     diagnostics_->add("stage", [this](auto& status) { report_->fill(status); });
-    timer_ = getNodeHandle().createWallTimer(ros::WallDuration(period_s),
-                                             [this](const ros::WallTimerEvent&) { look(); });
+    timer_ = topic_handle_.createWallTimer(ros::WallDuration(period_s),
+                                           [this](const ros::WallTimerEvent&) { look(); });
+    topic_spinner_ = std::make_unique<ros::AsyncSpinner>(1, &topic_queue_);
+    topic_spinner_->start();
     startServices();
   } catch (const std::exception& e) {
     NODELET_FATAL_STREAM("[" << getName() << "] not started: " << e.what());
@@ -62,7 +66,9 @@ config::StageSettings StageNodelet::settings() const {
 
 void StageNodelet::publishSettings() {
   const std::lock_guard<std::mutex> lock(settings_mutex_);
-  settings_publisher_ = getPrivateNodeHandle().advertise<msg::StageSettings>("settings", 1, true);
+  ros::NodeHandle handle(getPrivateNodeHandle());
+  handle.setCallbackQueue(&topic_queue_);
+  settings_publisher_ = {handle, "settings"};
   settings_publisher_.publish(ros_interface::toMessage(settings_));
   NODELET_INFO_STREAM("[" << getName() << "] parameters: " << countOrigins(settings_.settings));
 }
@@ -124,9 +130,10 @@ std::string StageNodelet::setPaused(bool is_paused) {
   return "";
 }
 
-void StageNodelet::stopServices() {
+void StageNodelet::stopCallbacks() {
   timer_.stop();
   if (service_spinner_ != nullptr) service_spinner_->stop();
+  if (topic_spinner_ != nullptr) topic_spinner_->stop();
   for (auto& server : servers_) server.shutdown();
 }
 

@@ -19,21 +19,26 @@
 #include "task_scene_graph/ros/parameters.h"
 #include "task_scene_graph/ros/patience.h"
 #include "task_scene_graph/ros/stage_report.h"
+#include "task_scene_graph/ros/state_publisher.h"
 
 namespace tsg::nodelets {
 
 /// What every stage's nodelet has: a start that names what is wrong, diagnostics, the services
 /// `~flush`, `~pause`, `~resume` and `~reset`, the latched topic `~settings` with the parameters in
 /// force, and a once-a-second look around. Services run in a thread of their own, so that one that
-/// waits never holds up the manager's threads.
+/// waits never holds up the topics, and topics in another.
 ///
-/// A derived class calls `stopServices()` first thing in its destructor.
+/// Neither uses the nodelet's own queue: Debian 11's takes no callback before the nodelet has
+/// started, while roscpp keeps the message, so that what comes meanwhile is never seen, or all
+/// later messages are seen one too late.
+///
+/// A derived class calls `stopCallbacks()` first thing in its destructor.
 class StageNodelet : public nodelet::Nodelet {
  protected:
   /// Reads parameters, subscribes, advertises. Whatever it throws is logged; the nodelet is then
   /// not loaded.
   virtual void start() = 0;
-  /// About once a second of wall time, from the subscribers' queue.
+  /// About once a second of wall time, from the topics' thread.
   virtual void check() {}
   /// See Flush.srv; from the services' thread, as the two below.
   virtual msg::FlushResponse flush(const msg::FlushRequest& request,
@@ -44,10 +49,13 @@ class StageNodelet : public nodelet::Nodelet {
   virtual std::string setPaused(bool is_paused);
   bool isPaused() const { return is_paused_; }
 
-  void stopServices();
+  /// Returns when the last callback has; none is called from then on.
+  void stopCallbacks();
   ros_interface::StageReport& report() { return *report_; }
   /// Private node handle whose callbacks run in the services' thread.
   ros::NodeHandle& serviceHandle() { return service_handle_; }
+  /// As getNodeHandle(), but callbacks run, once start() has returned, in the topics' thread.
+  ros::NodeHandle& topicHandle() { return topic_handle_; }
 
   /// The parameters out of all their sources (ros/parameters.h) as a checked configuration.
   /// @param suggest  what the model set suggests, if it suggests anything to this stage
@@ -70,16 +78,19 @@ class StageNodelet : public nodelet::Nodelet {
   bool servePaused(bool is_paused, std_srvs::TriggerResponse& response);
   void startServices();
 
-  mutable std::mutex settings_mutex_;  ///< guards the two below
-  config::StageSettings settings_;
-  ros::Publisher settings_publisher_;
-  std::unique_ptr<ros_interface::StageReport> report_;
-  std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
   ros::CallbackQueue service_queue_;
   ros::NodeHandle service_handle_;
+  ros::CallbackQueue topic_queue_;
+  ros::NodeHandle topic_handle_;
+  mutable std::mutex settings_mutex_;  ///< guards the two below
+  config::StageSettings settings_;
+  ros_interface::StatePublisher<msg::StageSettings> settings_publisher_;
+  std::unique_ptr<ros_interface::StageReport> report_;
+  std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
   std::vector<ros::ServiceServer> servers_;
   std::atomic<bool> is_paused_{false};
   std::unique_ptr<ros::AsyncSpinner> service_spinner_;
+  std::unique_ptr<ros::AsyncSpinner> topic_spinner_;
   ros::WallTimer timer_;
 };
 

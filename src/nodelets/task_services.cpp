@@ -82,13 +82,13 @@ std::string listTasks(const std::vector<msg::Task>& tasks) {
 
 }  // namespace
 
-TaskServices::TaskServices(ros::NodeHandle& topics, ros::NodeHandle& services, GraphAccess access,
+TaskServices::TaskServices(ros::NodeHandle& services, GraphAccess access,
                            std::shared_ptr<language::WordEncoder> encoder, const Files& files)
     : access_(std::move(access)),
       encoder_(std::move(encoder)),
       files_(files),
       places_follow_objects_(files.places.empty()),
-      publisher_(topics.advertise<msg::TasksInForce>("tasks", 10, true)) {
+      publisher_(services, "tasks") {
   servers_.push_back(services.advertiseService("change_tasks", &TaskServices::serveChange, this));
   servers_.push_back(services.advertiseService("reload_tasks", &TaskServices::serveReload, this));
 }

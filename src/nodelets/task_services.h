@@ -13,6 +13,7 @@
 #include "graph_access.h"
 #include "task_scene_graph/language/word_encoder.h"
 #include "task_scene_graph/ros/messages.h"
+#include "task_scene_graph/ros/state_publisher.h"
 #include "task_scene_graph/ros/task_numbers.h"
 #include "task_scene_graph/scene_graph/task_changes.h"
 
@@ -28,7 +29,7 @@ class TaskServices {
   };
 
   /// @param services  whose callbacks run in a thread of their own, one at a time
-  TaskServices(ros::NodeHandle& topics, ros::NodeHandle& services, GraphAccess access,
+  TaskServices(ros::NodeHandle& services, GraphAccess access,
                std::shared_ptr<language::WordEncoder> encoder, const Files& files);
 
   /// Says what holds, if that or what serves it has changed. Of the builder's thread.
@@ -51,7 +52,7 @@ class TaskServices {
   std::atomic<bool> places_follow_objects_;
   bool is_first_ = true;                ///< nothing was published yet; of the builder's thread
   ros_interface::TaskNumbers numbers_;  ///< of the builder's thread
-  ros::Publisher publisher_;
+  ros_interface::StatePublisher<msg::TasksInForce> publisher_;
   mutable std::mutex mutex_;  ///< guards the two below
   msg::TasksInForce in_force_;
   bool has_published_ = false;

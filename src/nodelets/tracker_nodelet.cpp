@@ -24,7 +24,7 @@ namespace tsg::nodelets {
 class TrackerNodelet : public StageNodelet {
  public:
   ~TrackerNodelet() override {
-    stopServices();
+    stopCallbacks();
     if (worker_ != nullptr) worker_->stop();  // it uses the input, which dies first
   }
 
@@ -85,16 +85,16 @@ void TrackerNodelet::start() {
   tracker_ = std::make_unique<tracking::Tracker>(config_.tracker);
   matcher_ =
       std::make_unique<ros_interface::FrameMatcher>(static_cast<std::size_t>(config_.frame_cache));
-  publisher_ = getNodeHandle().advertise<msg::Tracks>("tracks", 0);  // no bound: none may drop
+  publisher_ = topicHandle().advertise<msg::Tracks>("tracks", 0);  // no bound: none may drop
   grasp_ = std::make_unique<GraspServices>(getPrivateNodeHandle(), config_.input.world_frame);
   worker_ = std::make_unique<ros_interface::Worker<Job>>(
       static_cast<std::size_t>(config_.queue_size), [this](const Job& job) { process(job); });
   input_ = std::make_unique<ros_interface::RgbdInput>(
-      getNodeHandle(), config_.input, report(),
+      topicHandle(), config_.input, report(),
       ros_interface::RgbdInput::Callbacks{[this](RgbdFramePtr frame) { onFrame(std::move(frame)); },
                                           [this] { onJumpBack(); }});
-  subscriber_ = getNodeHandle().subscribe(config_.input.segmentation_topic, 100,
-                                          &TrackerNodelet::onSegmentation, this);
+  subscriber_ = topicHandle().subscribe(config_.input.segmentation_topic, 100,
+                                        &TrackerNodelet::onSegmentation, this);
   segmentation_topic_ = input_->watch().add(subscriber_, config_.input.segmentation_topic,
                                             "task_scene_graph/Segmentation");
 }

@@ -10,6 +10,7 @@
 #include "task_scene_graph/ros/detections.h"
 #include "task_scene_graph/ros/scene_graph_changes.h"
 #include "task_scene_graph/ros/scene_graph_conversions.h"
+#include "task_scene_graph/ros/state_publisher.h"
 
 namespace tsg::ros_interface {
 
@@ -27,16 +28,17 @@ SceneGraphPublisher::SceneGraphPublisher(ros::NodeHandle& handle, StageReport& r
           handle, "scene_graph_markers", kQueueSize,
           [this](PartSender& sender) { sendAllMarkers(sender); })) {
 #ifdef TSG_WITH_VISION_MSGS
-  detections_publisher_ = handle.advertise<vision_msgs::Detection3DArray>("detections", 1, true);
+  const StatePublisher<vision_msgs::Detection3DArray> publisher(handle, "detections");
+  publish_detections_ = [publisher](const scene_graph::SceneGraph& graph, TaskNumbers& numbers) {
+    publisher.publish(toDetections<vision_msgs::Detection3DArray>(graph, numbers));
+  };
 #endif
 }
 
 void SceneGraphPublisher::publish(const scene_graph::SceneGraphPtr& graph, TaskNumbers& numbers) {
   const msg::SceneGraphConstPtr message =
       toMessage(*graph, options_.world_frame, options_.with_embeddings);
-#ifdef TSG_WITH_VISION_MSGS
-  detections_publisher_.publish(toDetections<vision_msgs::Detection3DArray>(*graph, numbers));
-#endif
+  if (publish_detections_) publish_detections_(*graph, numbers);
   const std::lock_guard<std::mutex> lock(mutex_);
   whole_publisher_.publish(message);
   msg::SceneGraphChanges changes =

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The background stage with real subscribers; frames are given to it without topics.
 #include <gtest/gtest.h>
+#include <nav_msgs/Path.h>
 #include <visualization_msgs/MarkerArray.h>
 
 #include <array>
@@ -20,6 +21,7 @@
 #include "task_scene_graph/ros/late_subscribers.h"
 #include "task_scene_graph/ros/mesh_update_conversions.h"
 #include "task_scene_graph/ros/occupancy_publisher.h"
+#include "task_scene_graph/ros/state_publisher.h"
 
 namespace tsg::test {
 namespace {
@@ -344,6 +346,40 @@ TEST(Background, WhoComesDuringAPublishHasTheNewestPlacesInTheEnd) {
         << round << ": " << newest << " of " << stage.sequence();
   }
   late.stop();
+}
+
+TEST(StatePublisher, WhoComesDuringAPublishHasTheNewestInTheEnd) {
+  ros::NodeHandle handle("newest_state");
+  const ros_interface::StatePublisher<nav_msgs::Path> publisher(handle, "path");
+  for (std::uint32_t round = 1; round <= 200; ++round) {
+    std::atomic<std::uint32_t> newest{0};
+    std::thread other([&] {
+      nav_msgs::Path path;
+      path.header.stamp.sec = round;
+      publisher.publish(path);
+    });
+    const ros::Subscriber subscriber = handle.subscribe<nav_msgs::Path>(
+        "path", 10, [&](const nav_msgs::PathConstPtr& path) { newest = path->header.stamp.sec; });
+    other.join();
+    EXPECT_TRUE(waitUntil([&] { return newest == round; }, 10.0)) << round << ": " << newest;
+  }
+}
+
+TEST(StatePublisher, WhoComesLateIsSentTheNewestOnlyAndNothingBeforeThereIsAny) {
+  ros::NodeHandle handle("late_state");
+  const ros_interface::StatePublisher<nav_msgs::Path> publisher(handle, "path");
+  Recorder<nav_msgs::Path> early("late_state/path");
+  ASSERT_TRUE(waitUntil([&] { return publisher.numSubscribers() == 1; }));
+  nav_msgs::Path path;
+  for (std::uint32_t i = 1; i <= 3; ++i) {
+    path.header.stamp.sec = i;
+    publisher.publish(path);
+  }
+  ASSERT_TRUE(early.waitFor([](const auto& message) { return message.header.stamp.sec == 3; }));
+  Recorder<nav_msgs::Path> late("late_state/path");
+  ASSERT_TRUE(waitUntil([&] { return !late.messages().empty(); }));
+  EXPECT_EQ(late.messages().front()->header.stamp.sec, 3U);
+  EXPECT_EQ(early.messages().front()->header.stamp.sec, 1U);
 }
 
 }  // namespace

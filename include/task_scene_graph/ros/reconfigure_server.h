@@ -12,6 +12,8 @@
 #include <string>
 #include <utility>
 
+#include "task_scene_graph/ros/state_publisher.h"
+
 namespace tsg::ros_interface {
 
 /// Serves dynamic_reconfigure's clients (dynparam, rqt_reconfigure) without its memory. The stock
@@ -27,12 +29,12 @@ class ReconfigureServer {
     std::function<void(const std::string&)> warn;  ///< a value was clamped or refused
   };
 
-  /// @param handle  of the nodelet: `set_parameters` and both topics are advertised in it
+  /// @param handle  `set_parameters` and both topics are advertised in it
   ReconfigureServer(::ros::NodeHandle handle, const Config& initial, Callbacks callbacks)
       : config_(initial), callbacks_(std::move(callbacks)) {
     descriptions_ =
         handle.advertise<dynamic_reconfigure::ConfigDescription>("parameter_descriptions", 1, true);
-    updates_ = handle.advertise<dynamic_reconfigure::Config>("parameter_updates", 1, true);
+    updates_ = {handle, "parameter_updates"};
     service_ = handle.advertiseService("set_parameters", &ReconfigureServer::serve, this);
     auto description = Config::__getDescriptionMessage__();
     config_.__toMessage__(description.dflt);
@@ -91,7 +93,7 @@ class ReconfigureServer {
   Config config_;
   const Callbacks callbacks_;
   ::ros::Publisher descriptions_;
-  ::ros::Publisher updates_;
+  StatePublisher<dynamic_reconfigure::Config> updates_;
   ::ros::ServiceServer service_;
 };
 

@@ -31,7 +31,7 @@ class RgbdInput {
  public:
   struct Callbacks {
     std::function<void(RgbdFramePtr)> on_frame;  ///< from a thread of this object; must not throw
-    std::function<void()> on_jump_back;          ///< from the subscribers' queue; must not throw
+    std::function<void()> on_jump_back;  ///< from the queue of the node handle; must not throw
   };
 
   /// Subscribes at once; `report` must live longer.
@@ -44,12 +44,12 @@ class RgbdInput {
   ~RgbdInput();
 
   /// Names silent topics and stamps that never match; decides on images that have waited for long.
-  /// To be called about once a second from the subscribers' queue.
+  /// To be called about once a second from the queue of the node handle.
   void check();
   /// Hands on everything that waits for a partner, as if no image would follow. From any thread.
   void flush();
   /// Where other topics of the same stage are watched, so that all of it speaks in one line; of the
-  /// subscribers' queue. check() looks at them, too.
+  /// queue of the node handle. check() looks at them, too.
   TopicWatch& watch();
   /// Frame id of the newest colour image's camera.
   std::string cameraFrame() const;

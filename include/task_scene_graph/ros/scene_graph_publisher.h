@@ -4,6 +4,7 @@
 #include <ros/node_handle.h>
 
 #include <cstdint>
+#include <functional>
 #include <mutex>
 #include <string>
 
@@ -58,7 +59,8 @@ class SceneGraphPublisher {
   ros::Publisher whole_publisher_;
   ros::Publisher changes_publisher_;
   ros::Publisher markers_publisher_;
-  ros::Publisher detections_publisher_;  ///< with vision_msgs only
+  std::function<void(const scene_graph::SceneGraph&, TaskNumbers&)>
+      publish_detections_;  ///< with vision_msgs only
 };
 
 }  // namespace tsg::ros_interface
