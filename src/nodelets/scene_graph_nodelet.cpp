@@ -122,12 +122,12 @@ class SceneGraphNodelet : public StageNodelet {
   std::atomic<std::uint64_t> num_place_messages_{0};
   std::uint64_t num_noted_ = 0;  ///< of these, by `watch_`; of check()
   std::unique_ptr<ros_interface::Worker<Job>> worker_;
-  std::unique_ptr<TunablesServer> tunables_;
   std::unique_ptr<ros_interface::SettingsFollower> upstream_settings_;
   ros::Subscriber primitives_subscriber_;
   ros::Subscriber places_subscriber_;
   ros::CallbackQueue interface_queue_;  ///< of tasks and questions: a save holds none of them up
   ros::NodeHandle interface_handle_;
+  std::unique_ptr<TunablesServer> tunables_;
   std::unique_ptr<TaskServices> tasks_;
   std::unique_ptr<QuestionServices> questions_;
   std::unique_ptr<MapServices> map_;
