@@ -89,7 +89,11 @@ class Interface : public ::testing::Test {
     call.request.layer = layer;
     call.request.tasks = tasks;
     call.request.new_names = new_names;
-    EXPECT_TRUE(ros::service::call("/scene_graph/change_tasks", call));
+    // Persistent: where two threads call at once, roscpp may take the end of the connection, which
+    // comes right after the answer, for the end of the call.
+    auto client =
+        ros::NodeHandle().serviceClient<msg::ChangeTasks>("/scene_graph/change_tasks", true);
+    EXPECT_TRUE(client.call(call));
     return call.response;
   }
   static msg::AskResponse ask(const std::string& words, const std::vector<float>& embedding,

@@ -17,7 +17,8 @@ namespace tsg::ros_interface {
 
 /// The newest value of something, for whoever subscribes whenever: what roscpp's latch is meant
 /// for. To a subscriber that comes while a message is published the latch may send the message
-/// before, and nothing after it; this sends it the newest, some of them twice.
+/// before, and nothing after it; this sends it the newest besides, so some come twice. Latched
+/// nevertheless: of several subscribers in one process roscpp tells the publisher of the first.
 ///
 /// Late subscribers are served from the callback queue of the node handle.
 template <typename Message>
@@ -27,10 +28,12 @@ class StatePublisher {
   StatePublisher(ros::NodeHandle& handle, const std::string& topic)
       : state_(std::make_shared<State>()),
         publisher_(handle.advertise<Message>(
-            topic, kQueueSize, [state = state_](const ros::SingleSubscriberPublisher& subscriber) {
+            topic, kQueueSize,
+            [state = state_](const ros::SingleSubscriberPublisher& subscriber) {
               const std::lock_guard<std::mutex> lock(state->mutex);
               if (state->newest != nullptr) subscriber.publish(*state->newest);
-            })) {}
+            },
+            ros::SubscriberStatusCallback(), ros::VoidConstPtr(), true)) {}
 
   void publish(Message message) const {
     const std::lock_guard<std::mutex> lock(state_->mutex);
