@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "task_scene_graph/config/config.h"
 #include "task_scene_graph/trajectory/se3.h"
@@ -161,6 +162,27 @@ Eigen::Vector3d LoopCloser::middleOf(const Anchor& anchor) const {
 
 const Pose& LoopCloser::poseOf(KeyframeId id) const { return graph_.find(id)->T_world_keyframe; }
 
+/// The best ones, from other visits first: those near each other along the way say the same once
+/// more, while each visit ties its own part of the trajectory down.
+/// @param candidates  the best first
+std::vector<LoopCloser::Candidate> LoopCloser::pickDifferent(std::vector<Candidate> candidates,
+                                                             std::size_t most, double apart_m) {
+  std::vector<Candidate> picked;
+  std::vector<Candidate> others;
+  for (Candidate& candidate : candidates) {
+    const bool is_visited = std::any_of(picked.begin(), picked.end(), [&](const Candidate& other) {
+      return std::abs(other.anchor->way_m - candidate.anchor->way_m) < apart_m;
+    });
+    (is_visited ? others : picked).push_back(std::move(candidate));
+  }
+  picked.insert(picked.end(), std::make_move_iterator(others.begin()),
+                std::make_move_iterator(others.end()));
+  if (picked.size() > most) {
+    picked.erase(picked.begin() + static_cast<std::ptrdiff_t>(most), picked.end());
+  }
+  return picked;
+}
+
 std::vector<LoopCloser::Candidate> LoopCloser::findCandidates(const Anchor& query) const {
   const LoopConfig& loops = config_.loops;
   const Eigen::Vector3d here_m = middleOf(query);
@@ -185,10 +207,8 @@ std::vector<LoopCloser::Candidate> LoopCloser::findCandidates(const Anchor& quer
   }
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Candidate& x, const Candidate& y) { return x.score > y.score; });
-  const auto most = static_cast<std::size_t>(loops.max_candidates);
-  if (candidates.size() > most)
-    candidates.erase(candidates.begin() + loops.max_candidates, candidates.end());
-  return candidates;
+  return pickDifferent(std::move(candidates), static_cast<std::size_t>(loops.max_candidates),
+                       2.0 * loops.anchor_spacing_m);
 }
 
 bool LoopCloser::closeLoops(const Anchor& query) {
@@ -204,13 +224,20 @@ bool LoopCloser::closeLoops(const Anchor& query) {
   return addSupported();
 }
 
+/// Much was looked at and all of it is as it should be: chance does not do that.
+bool LoopCloser::needsNoSupport(const LoopRecord& record) const {
+  return record.share_in_sight >= config_.loops.min_lone_share_in_sight &&
+         record.visibility.shareThrough() <= config_.loops.max_lone_share_through;
+}
+
 /// A new one may support those that wait.
 bool LoopCloser::addSupported() {
-  const LoopSupport support(keyframes_, config_.odometry, config_.support);
+  const LoopSupport support(keyframes_, config_.odometry, config_.support, config_.graph);
   std::vector<std::size_t> still_waiting;
   bool has_moved = false;
   for (const std::size_t index : unsupported_) {
-    if (support.isSupported(makePlainEdge(records_[index]), verified_)) {
+    if (needsNoSupport(records_[index]) ||
+        support.isSupported(makePlainEdge(records_[index]), verified_)) {
       has_moved = addToGraph(makeEdge(records_[index]), records_[index]) || has_moved;
     } else {
       still_waiting.push_back(index);
@@ -262,6 +289,10 @@ LoopRecord LoopCloser::verify(const Candidate& candidate, const Anchor& query,
   const Scene& scene = candidate.anchor->scene;
   record.visibility = lookAt(query.scene.points, T_a_b, scene.views, kThroughMargin_m) +
                       lookAt(scene.points, T_a_b.inverse(), query.scene.views, kThroughMargin_m);
+  const std::size_t num_points = query.scene.points.size() + scene.points.size();
+  record.share_in_sight =
+      static_cast<double>(record.visibility.num_seen + record.visibility.num_through) /
+      static_cast<double>(std::max<std::size_t>(1, num_points));
   judge(config_.loops, record);
   return record;
 }

@@ -13,8 +13,9 @@ Matrix6d move(const Matrix6d& covariance, const Pose& T) {
 
 }  // namespace
 
-OdometryTree::OdometryTree(std::size_t num_keyframes, const std::vector<SolverEdge>& odometry)
-    : nodes_(num_keyframes) {
+OdometryTree::OdometryTree(const PoseGraphConfig& config, std::size_t num_keyframes,
+                           const std::vector<SolverEdge>& odometry)
+    : config_(config), nodes_(num_keyframes) {
   std::vector<std::vector<std::size_t>> edges_of(num_keyframes);
   for (std::size_t i = 0; i < odometry.size(); ++i) {
     edges_of[odometry[i].a].push_back(i);
@@ -44,10 +45,14 @@ void OdometryTree::grow(std::size_t root, const std::vector<SolverEdge>& odometr
               nodes_[parent].depth + 1,
               true,
               nodes_[parent].T_root_node * (leads_forward ? T_a_b : T_a_b.inverse()),
-              nodes_[parent].covariance};
+              nodes_[parent].covariance,
+              nodes_[parent].by_bias};
       // The error is a motion of b's frame whichever way the edge is gone.
       const Pose& T_root_b = (leads_forward ? node : nodes_[parent]).T_root_node;
       node.covariance += move(edge.edge->information.inverse(), T_root_b);
+      const Eigen::Matrix<double, 6, 4> by_bias =
+          computeAdjoint(T_root_b) * computeBiasJacobian(T_a_b, config_);
+      node.by_bias += leads_forward ? by_bias : Eigen::Matrix<double, 6, 4>(-by_bias);
       queue.push(child);
     }
   }
@@ -66,7 +71,9 @@ std::optional<double> OdometryTree::computeChi2(const SolverEdge& loop) const {
   const Node& b = nodes_[loop.b];
   if (a.root != b.root) return std::nullopt;
   const Node& shared = nodes_[findCommonAncestor(loop.a, loop.b)];
-  const Matrix6d way = a.covariance + b.covariance - 2.0 * shared.covariance;
+  const Eigen::Matrix<double, 6, 4> by_bias = b.by_bias - a.by_bias;
+  const Matrix6d way =
+      a.covariance + b.covariance - 2.0 * shared.covariance + by_bias * by_bias.transpose();
   const Matrix6d covariance = move(way, b.T_root_node.inverse()) + loop.edge->information.inverse();
   const Vector6d error = computeError(*loop.edge, a.T_root_node, b.T_root_node);
   return error.dot(covariance.ldlt().solve(error));

@@ -82,7 +82,8 @@ void PoseGraph::extend(const PoseEdge& odometry) {
   if (odometry.kind != EdgeKind::kOdometry) reject(nameOf(odometry), "is no odometry");
   requireRigid(nameOf(odometry), odometry.T_a_b);
   requireInformation(odometry);
-  addKeyframe(odometry.b, a->T_world_keyframe * odometry.T_a_b);
+  const Pose T_a_b = hasBias(config_) ? correctOdometry(odometry.T_a_b, bias_) : odometry.T_a_b;
+  addKeyframe(odometry.b, a->T_world_keyframe * T_a_b);
   edges_.push_back(odometry);
   verdicts_.push_back(Verdict::kBelieved);
 }
@@ -98,13 +99,21 @@ void PoseGraph::addEdge(const PoseEdge& edge) {
   verdicts_.push_back(Verdict::kUndecided);
 }
 
+Vector6d PoseGraph::computeError(const PoseEdge& edge) const {
+  PoseEdge corrected = edge;
+  if (edge.kind == EdgeKind::kOdometry && hasBias(config_)) {
+    corrected.T_a_b = correctOdometry(edge.T_a_b, bias_);
+  }
+  return trajectory::computeError(corrected, find(edge.a)->T_world_keyframe,
+                                  find(edge.b)->T_world_keyframe);
+}
+
 double PoseGraph::computeChi2() const {
   double chi2 = 0.0;
   for (std::size_t i = 0; i < edges_.size(); ++i) {
     const PoseEdge& edge = edges_[i];
     if (edge.kind == EdgeKind::kLoop && verdicts_[i] != Verdict::kBelieved) continue;
-    const Vector6d error =
-        computeError(edge, find(edge.a)->T_world_keyframe, find(edge.b)->T_world_keyframe);
+    const Vector6d error = computeError(edge);
     chi2 += error.dot(edge.information * error);
   }
   return chi2;

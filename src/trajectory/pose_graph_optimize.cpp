@@ -48,12 +48,13 @@ void movePoses(const SolverPoses& solved, std::vector<GraphKeyframe>& keyframes)
 /// A solver with all odometry and the loop closures that odometry allows.
 /// @param verdicts  of all edges as they were; those that odometry contradicts are written
 RobustSolver makeSolver(const PoseGraphConfig& config, const std::vector<SolverEdge>& edges,
-                        const SolverPoses& poses, std::vector<Verdict>& verdicts) {
+                        const SolverPoses& poses, const OdometryBias& bias,
+                        std::vector<Verdict>& verdicts) {
   std::vector<SolverEdge> odometry;
   std::copy_if(edges.begin(), edges.end(), std::back_inserter(odometry),
                [](const auto& edge) { return edge.edge->kind == EdgeKind::kOdometry; });
-  const OdometryTree tree(poses.size(), odometry);
-  RobustSolver solver(config, std::move(odometry), poses);
+  const OdometryTree tree(config, poses.size(), odometry);
+  RobustSolver solver(config, std::move(odometry), poses, bias);
   for (std::size_t i = 0; i < edges.size(); ++i) {
     if (edges[i].edge->kind == EdgeKind::kOdometry) continue;
     if (tree.computeChi2(edges[i]).value_or(0.0) > config.max_gate_chi2) {
@@ -121,7 +122,8 @@ SolveReport PoseGraph::optimize() {
     edges.push_back({indexOf(edge.a), indexOf(edge.b), &edge, 1.0});
   }
   std::vector<Verdict> verdicts = verdicts_;
-  RobustSolver solver = makeSolver(config_, edges, toSolverPoses(keyframes_, edges), verdicts);
+  RobustSolver solver =
+      makeSolver(config_, edges, toSolverPoses(keyframes_, edges), bias_, verdicts);
   solver.solve();
   report.status = solver.status();
   report.message = solver.message();
@@ -137,6 +139,7 @@ SolveReport PoseGraph::optimize() {
     report.status = SolveStatus::kUnchanged;
   } else {
     movePoses(solver.poses(), keyframes_);
+    bias_ = solver.bias();
   }
   report.chi2_after = computeChi2();
   report.num_believed = countLoops(edges_, verdicts_, true);

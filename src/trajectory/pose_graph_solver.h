@@ -33,8 +33,9 @@ struct SolverResult {
 };
 
 /// Minimises the weighted sum of squared errors with Levenberg-Marquardt and sparse Cholesky.
-/// One thread: the same poses from run to run.
-SolverResult solvePoses(const std::vector<SolverEdge>& edges, int max_iterations,
-                        double min_relative_decrease, SolverPoses& poses);
+/// One thread: the same poses from run to run. The bias only where the configuration allows one.
+SolverResult solvePoses(const std::vector<SolverEdge>& edges, const PoseGraphConfig& config,
+                        int max_iterations, double min_relative_decrease, SolverPoses& poses,
+                        OdometryBias& bias);
 
 }  // namespace tsg::trajectory

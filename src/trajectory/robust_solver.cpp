@@ -31,14 +31,18 @@ double computeWeight(double chi2, double max_chi2, double mu) {
 }  // namespace
 
 double RobustSolver::computeChi2(const SolverEdge& edge) const {
-  const Vector6d error = computeError(*edge.edge, toPose(poses_[edge.a]), toPose(poses_[edge.b]));
-  return error.dot(edge.edge->information * error);
+  PoseEdge measured = *edge.edge;
+  if (measured.kind == EdgeKind::kOdometry && hasBias(config_)) {
+    measured.T_a_b = correctOdometry(measured.T_a_b, bias_);
+  }
+  const Vector6d error = computeError(measured, toPose(poses_[edge.a]), toPose(poses_[edge.b]));
+  return error.dot(measured.information * error);
 }
 
 bool RobustSolver::solveOnce(bool is_final, bool is_rough) {
   const SolverResult result =
-      solvePoses(edges_, is_rough ? kRoughIterations : config_.max_iterations,
-                 is_rough ? kRoughDecrease : config_.min_relative_decrease, poses_);
+      solvePoses(edges_, config_, is_rough ? kRoughIterations : config_.max_iterations,
+                 is_rough ? kRoughDecrease : config_.min_relative_decrease, poses_, bias_);
   ++num_rounds_;
   has_converged_ = result.has_converged;
   num_iterations_ += result.num_iterations;
@@ -109,6 +113,7 @@ double RobustSolver::computeCost() const {
 bool RobustSolver::retry() {
   const std::vector<SolverEdge> edges = edges_;
   const SolverPoses poses = poses_;
+  const OdometryBias bias = bias_;
   const double cost = computeCost();
   for (SolverEdge& edge : edges_) {
     if (computeChi2(edge) <= kRetriedShare * config_.max_loop_chi2) edge.weight = 1.0;
@@ -117,6 +122,7 @@ bool RobustSolver::retry() {
   if (computeCost() < cost) return true;
   edges_ = edges;
   poses_ = poses;
+  bias_ = bias;
   return true;
 }
 

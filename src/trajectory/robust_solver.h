@@ -14,11 +14,13 @@ namespace tsg::trajectory {
 class RobustSolver {
  public:
   /// @param poses  from where to start
-  RobustSolver(const PoseGraphConfig& config, std::vector<SolverEdge> odometry, SolverPoses poses)
+  RobustSolver(const PoseGraphConfig& config, std::vector<SolverEdge> odometry, SolverPoses poses,
+               const OdometryBias& bias)
       : config_(config),
         edges_(std::move(odometry)),
         num_odometry_(edges_.size()),
-        poses_(std::move(poses)) {}
+        poses_(std::move(poses)),
+        bias_(bias) {}
 
   /// A loop closure that takes part; weight 0: it was rejected before, and takes part only if the
   /// others turn out not to be right.
@@ -32,6 +34,7 @@ class RobustSolver {
   int numRounds() const { return num_rounds_; }
   int numIterations() const { return num_iterations_; }
   const SolverPoses& poses() const { return poses_; }
+  const OdometryBias& bias() const { return bias_; }
   /// Of a loop closure, in the order of adding.
   bool isBelieved(std::size_t loop) const { return edges_[num_odometry_ + loop].weight > 0.0; }
   std::size_t numLoops() const { return edges_.size() - num_odometry_; }
@@ -59,6 +62,7 @@ class RobustSolver {
   std::vector<SolverEdge> edges_;  ///< odometry first
   std::size_t num_odometry_;
   SolverPoses poses_;
+  OdometryBias bias_;
   SolveStatus status_ = SolveStatus::kSolved;
   std::string message_;
   bool has_converged_ = false;  ///< of the newest solution

@@ -83,6 +83,17 @@ class CloseLoops(unittest.TestCase):
         self.assertIn("expected the list of close_loops", wrong.stderr)
         self.assertFalse((self.folder / "none.png").exists())
 
+    def test_where_one_file_cannot_be_written_neither_is(self):
+        folder = self.folder / "both"
+        folder.mkdir()
+        (folder / "file").write_text("no folder")
+        for output, listed in (("a.tum", "file/list.json"), ("file/a.tum", "list.json"), ("a.tum", "."),
+                               (".", "list.json")):
+            done = run("close_loops", "--bag", self.bag, "--output", folder / output, "--list", folder / listed,
+                       "--max-candidates", 1, "--max-drift", 0)
+            self.assertNotEqual(done.returncode, 0, (output, listed))
+            self.assertEqual([path.name for path in folder.iterdir()], ["file"], done.stderr)
+
     def test_what_is_not_there_is_named(self):
         output = self.folder / "none.tum"
         done = run("close_loops", "--bag", self.folder / "no.bag", "--output", output)

@@ -28,8 +28,10 @@ struct LoopConfig {
   double max_rms_m = 0.04;
   double min_eigenvalue = 0.002;
   double max_share_through = 0.025;
-  double loop_position_m = 0.03;
-  double loop_angle_rad = 0.01;
+  double max_lone_share_through = 0.005;
+  double min_lone_share_in_sight = 0.3;
+  double loop_position_m = 0.015;
+  double loop_angle_rad = 0.006;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor& v) {
@@ -58,6 +60,10 @@ struct LoopConfig {
     v.field(
         "max_share_through", self.max_share_through, {0.0, 1.0}, "",
         "share of the surfaces of one place in sight of the other that this one looked through");
+    v.field("max_lone_share_through", self.max_lone_share_through, {0.0, 1.0}, "",
+            "... of a loop closure that needs no other to say the same");
+    v.field("min_lone_share_in_sight", self.min_lone_share_in_sight, {0.0, 1.0}, "",
+            "... which takes this share of all surfaces of both in sight of the other");
     v.field(
         "loop_position_m", self.loop_position_m, {0.001, 10.0}, "m",
         "deviation of each coordinate of a loop closure of full overlap; 1 / overlap^1.5 of that "
@@ -67,12 +73,20 @@ struct LoopConfig {
   }
 };
 
-/// All that closing loops needs to know. Odometry is said to be less sure than a random walk of its
-/// noise would be, as real odometry drifts to one side.
+/// Lets odometry have a bias, as real odometry drifts to one side: a scale of 3 %, and 1.7 degrees
+/// after 10 m.
+inline trajectory::PoseGraphConfig makeLoopGraphConfig() {
+  trajectory::PoseGraphConfig config;
+  config.odometry_scale = 0.03;
+  config.odometry_turn_rad_per_m = 0.003;
+  return config;
+}
+
+/// All that closing loops needs to know.
 struct LoopCloserConfig {
   trajectory::KeyframeConfig keyframes;
-  trajectory::OdometryNoise odometry{0.1, 0.012};
-  trajectory::PoseGraphConfig graph;
+  trajectory::OdometryNoise odometry;
+  trajectory::PoseGraphConfig graph = makeLoopGraphConfig();
   SceneConfig scene;
   ConstellationConfig constellation;
   RegistrationConfig registration;
@@ -96,9 +110,10 @@ struct LoopRecord {
   trajectory::KeyframeId b;
   LoopOutcome outcome = LoopOutcome::kLittleOverlap;
   double image_cosine = 0.0;
-  std::size_t num_landmarks = 0;                   ///< of the constellation that both share
-  Registration registration;                       ///< of b on a
-  Visibility visibility;                           ///< of each one's surfaces to the other
+  std::size_t num_landmarks = 0;  ///< of the constellation that both share
+  Registration registration;      ///< of b on a
+  Visibility visibility;          ///< of each one's surfaces to the other
+  double share_in_sight = 0.0;    ///< of all surfaces of both, those that visibility counts
   std::optional<std::size_t> edge = std::nullopt;  ///< of the pose graph, if added
   std::string message;                             ///< for people: why it was not added
 };
@@ -108,8 +123,9 @@ struct LoopRecord {
 /// scene. A new anchor is compared with those before it that can show the same by the drift allowed
 /// (the middles of their clouds are near), most alike first: by image embeddings and constellations
 /// of landmarks. Their clouds are registered from what constellation, features and odometry say;
-/// what fits becomes a loop closure as soon as another near it says the same, and the pose graph is
-/// solved anew. The same result from run to run. Not thread-safe.
+/// what fits becomes a loop closure as soon as another near it says the same, or at once where much
+/// of both was in sight of the other's cameras and nothing looked through; the pose graph is solved
+/// anew, and the bias of odometry with it. The same result from run to run. Not thread-safe.
 class LoopCloser {
  public:
   /// @param frame  in which odometry is given
@@ -154,12 +170,15 @@ class LoopCloser {
   void extendGraph();
   bool searchUpTo(double progress_m);
   Anchor makeAnchor(std::size_t keyframe, double progress_m) const;
+  static std::vector<Candidate> pickDifferent(std::vector<Candidate> candidates, std::size_t most,
+                                              double apart_m);
   std::vector<Candidate> findCandidates(const Anchor& query) const;
   bool closeLoops(const Anchor& query);
   LoopRecord verify(const Candidate& candidate, const Anchor& query, const RegisteredCloud& cloud);
   RegisteredCloud cloudOf(const Anchor& anchor);
   trajectory::PoseEdge makePlainEdge(const LoopRecord& record) const;
   trajectory::PoseEdge makeEdge(const LoopRecord& record) const;
+  bool needsNoSupport(const LoopRecord& record) const;
   bool addSupported();
   bool addToGraph(const trajectory::PoseEdge& edge, LoopRecord& record);
   Eigen::Vector3d middleOf(const Anchor& anchor) const;

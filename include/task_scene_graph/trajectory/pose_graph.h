@@ -7,6 +7,7 @@
 
 #include "task_scene_graph/core/frame.h"
 #include "task_scene_graph/core/id.h"
+#include "task_scene_graph/trajectory/odometry_bias.h"
 #include "task_scene_graph/trajectory/pose_graph_config.h"
 #include "task_scene_graph/trajectory/se3.h"
 
@@ -78,6 +79,9 @@ struct SolveReport {
 /// [Kimera20]. What passes goes through graduated non-convexity with a truncated least
 /// squares cost [GNC20, Eq. 14]: weights of loop closures from a convex cost, which
 /// lets all of them pull, to the truncated one, which leaves out those that do not fit.
+///
+/// Where the configuration lets odometry have a bias, it is estimated with the poses, as four more
+/// unknowns with deviations of their own; the check against odometry allows for it.
 class PoseGraph {
  public:
   /// @throws config::ConfigError naming every value out of range.
@@ -87,6 +91,8 @@ class PoseGraph {
   const std::vector<GraphKeyframe>& keyframes() const { return keyframes_; }  ///< ascending by id
   const std::vector<PoseEdge>& edges() const { return edges_; }       ///< in the order of adding
   const std::vector<Verdict>& verdicts() const { return verdicts_; }  ///< one for each edge
+  /// Of odometry, as the last solution found it; zero unless the configuration allows one.
+  const OdometryBias& odometryBias() const { return bias_; }
   /// Null if there is none. O(log keyframes).
   const GraphKeyframe* find(KeyframeId id) const;
 
@@ -95,7 +101,7 @@ class PoseGraph {
   /// finite or not rigid; nothing has changed then, here and below.
   void addKeyframe(KeyframeId id, const Pose& T_world_keyframe);
 
-  /// The keyframe `odometry.b`, put where the edge says from where `a` is now.
+  /// The keyframe `odometry.b`, put where the edge says from where `a` is now, less the bias.
   /// @throws std::invalid_argument as addKeyframe() and addEdge().
   void extend(const PoseEdge& odometry);
 
@@ -115,8 +121,10 @@ class PoseGraph {
 
  private:
   std::size_t indexOf(KeyframeId id) const;
+  Vector6d computeError(const PoseEdge& edge) const;
 
   PoseGraphConfig config_;
+  OdometryBias bias_;
   std::vector<GraphKeyframe> keyframes_;
   std::vector<PoseEdge> edges_;
   std::vector<Verdict> verdicts_;

@@ -14,6 +14,8 @@ struct PoseGraphConfig {
   double max_gate_chi2 = 22.5;
   double max_odometry_chi2 = 100.0;
   double gnc_factor = 2.0;
+  double odometry_scale = 0.0;
+  double odometry_turn_rad_per_m = 0.0;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor& v) {
@@ -32,6 +34,11 @@ struct PoseGraphConfig {
     v.field("gnc_factor", self.gnc_factor, {1.05, 10.0}, "",
             "from round to round the threshold sharpens by this factor where loop closures "
             "contradict each other");
+    v.field("odometry_scale", self.odometry_scale, {0.0, 1.0}, "",
+            "deviation of a scale that all of odometry's ways share, which is estimated with the "
+            "poses; 0: they have none");
+    v.field("odometry_turn_rad_per_m", self.odometry_turn_rad_per_m, {0.0, 1.0}, "rad/m",
+            "... of a turn with the way, likewise, of each axis");
   }
 };
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Corrects the trajectory of a recorded walk by loop closures of our own.
+#include <filesystem>
 #include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -39,7 +40,8 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
       "Finds places that a recorded walk sees again, and corrects its trajectory.\n"
       "usage: close_loops --bag B [B2 ...] --output NEW.tum [options]\n"
       "Poses are odometry's (tf, --pose-topic or --trajectory). Recorded segmentations, if there\n"
-      "are, say what looks alike; else shape alone decides.\noptions");
+      "are, say what looks alike; else shape alone decides. Neither file is written unless both\n"
+      "can be.\noptions");
   description.add_options()("help,h", "print this")(
       "bag", options::value(&arguments.bags)->required()->multitoken(),
       "rosbags with colour, depth, camera info, poses; several are read as one")(
@@ -85,10 +87,31 @@ nlohmann::json toJson(const loops::LoopRecord& record, const loops::LoopCloser& 
           {"least_eigenvalue", found.least_eigenvalue}};
 }
 
-void writeList(const std::string& path, const loops::LoopCloser& closer) {
+void requireNoFolder(const std::string& path) {
+  if (!std::filesystem::is_directory(path)) return;
+  throw std::runtime_error("'" + path + "' is a folder, expected a file to write");
+}
+
+/// The list's temporary file is complete before the trajectory is written, and gets its name after:
+/// where either cannot be written, neither is there.
+std::vector<WrittenFile> writeFiles(const Arguments& arguments, const loops::LoopCloser& closer,
+                                    const Trajectory& corrected) {
+  const auto writeTrajectory = [&] {
+    writeTumTrajectory(arguments.output, corrected, "T_world_camera, corrected");
+  };
+  std::vector<WrittenFile> files{{arguments.output, formatCount(corrected.size(), "pose")}};
+  if (arguments.list.empty()) {
+    writeTrajectory();
+    return files;
+  }
   nlohmann::json list = nlohmann::json::array();
   for (const auto& record : closer.records()) list.push_back(toJson(record, closer));
-  writeFileAtomically(path, [&](std::ostream& out) { out << list.dump(1) << '\n'; });
+  writeFileAtomically(arguments.list, [&](std::ostream& out) {
+    out << list.dump(1) << '\n' << std::flush;
+    if (out) writeTrajectory();
+  });
+  files.push_back({arguments.list, formatCount(closer.records().size(), "pair")});
+  return files;
 }
 
 void printError(const Trajectory& truth, const Trajectory& before, const Trajectory& after) {
@@ -115,6 +138,7 @@ void printOutcomes(const loops::LoopCloser& closer) {
 
 void run(const Arguments& arguments) {
   const ros_interface::InputConfig input = loadInput(arguments);
+  for (const std::string& path : {arguments.output, arguments.list}) requireNoFolder(path);
   std::optional<Trajectory> truth;
   if (!arguments.truth.empty()) truth = loadTumTrajectory(arguments.truth);
   ros_interface::RgbdBag bag(arguments.bags, input, true);
@@ -141,13 +165,7 @@ void run(const Arguments& arguments) {
       trajectory::applyCorrection(correction, closer.keyframes(), odometry);
   printOutcomes(closer);
   if (truth) printError(*truth, odometry, corrected);
-  std::vector<WrittenFile> files{{arguments.output, formatCount(corrected.size(), "pose")}};
-  writeTumTrajectory(arguments.output, corrected, "T_world_camera, corrected");
-  if (!arguments.list.empty()) {
-    writeList(arguments.list, closer);
-    files.push_back({arguments.list, formatCount(closer.records().size(), "pair")});
-  }
-  std::cout << describeWritten({}, files) << '\n';
+  std::cout << describeWritten({}, writeFiles(arguments, closer, corrected)) << '\n';
 }
 
 }  // namespace

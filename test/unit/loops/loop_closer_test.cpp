@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
 
 #include "drifting_walk.h"
@@ -77,6 +78,20 @@ TEST_F(DriftingApartment, IsCorrectedByLoopsThatAreRight) {
   EXPECT_GT(before_m, 0.15);
   EXPECT_LT(computeError(closer.correctedKeyframes()), 0.4 * before_m);
   expectRightLoops(closer);
+}
+
+TEST_F(DriftingApartment, ALoneLoopNeedsThatMuchWasInSight) {
+  LoopCloserConfig config;
+  config.support.max_chi2 = 0.1;  // hardly one supports another
+  const auto countAdded = [&] {
+    const LoopCloser closer = walk(config, true, [](RgbdFrame&) {});
+    return std::count_if(
+        closer.records().begin(), closer.records().end(),
+        [](const LoopRecord& record) { return record.outcome == LoopOutcome::kAdded; });
+  };
+  const auto num_lone = countAdded();
+  config.loops.min_lone_share_in_sight = 1.0;
+  EXPECT_GT(num_lone, countAdded() + 5);
 }
 
 TEST_F(DriftingApartment, WithoutImagesIsCorrectedByItsShape) {
