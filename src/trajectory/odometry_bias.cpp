@@ -12,6 +12,12 @@ Pose correctOdometry(const Pose& T_a_b, const OdometryBias& bias) {
   return corrected;
 }
 
+Vector6d computeBiasedError(const Pose& T_a_b, const OdometryBias& bias, const Pose& found_T_a_b) {
+  Vector6d error = toVector(correctOdometry(T_a_b, bias).inverse() * found_T_a_b);
+  error.head<3>() /= 1.0 + bias.scale;
+  return error;
+}
+
 Eigen::Matrix<double, 6, 4> computeBiasJacobian(const Pose& T_a_b, const PoseGraphConfig& config) {
   Eigen::Matrix<double, 6, 4> jacobian = Eigen::Matrix<double, 6, 4>::Zero();
   jacobian.topLeftCorner<3, 1>() =

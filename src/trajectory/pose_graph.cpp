@@ -100,12 +100,12 @@ void PoseGraph::addEdge(const PoseEdge& edge) {
 }
 
 Vector6d PoseGraph::computeError(const PoseEdge& edge) const {
-  PoseEdge corrected = edge;
+  const Pose& T_a = find(edge.a)->T_world_keyframe;
+  const Pose& T_b = find(edge.b)->T_world_keyframe;
   if (edge.kind == EdgeKind::kOdometry && hasBias(config_)) {
-    corrected.T_a_b = correctOdometry(edge.T_a_b, bias_);
+    return computeBiasedError(edge.T_a_b, bias_, T_a.inverse() * T_b);
   }
-  return trajectory::computeError(corrected, find(edge.a)->T_world_keyframe,
-                                  find(edge.b)->T_world_keyframe);
+  return trajectory::computeError(edge, T_a, T_b);
 }
 
 double PoseGraph::computeChi2() const {

@@ -42,7 +42,7 @@ class RelativePoseError {
   Matrix6d root_;  ///< U with U^T U = weight * information
 };
 
-/// The same of odometry with a bias, in units of its deviations: scale, then turn.
+/// computeBiasedError() likewise, by the bias in units of its deviations: scale, then turn.
 class BiasedPoseError {
  public:
   BiasedPoseError(const PoseEdge& edge, const PoseGraphConfig& config, double weight)
@@ -68,7 +68,7 @@ class BiasedPoseError {
     const Eigen::Quaternion<T> rotation = q_b_a * turn_a * turn_b;
     Eigen::Matrix<T, 6, 1> error;
     error.template head<3>() =
-        q_b_a * Vector3(found - p_a_b_.cast<T>() * (T(1.0) + T(scale_) * bias[0]));
+        q_b_a * Vector3(found / (T(1.0) + T(scale_) * bias[0]) - p_a_b_.cast<T>());
     error.template tail<3>() = (rotation.w() < T(0.0) ? T(-2.0) : T(2.0)) * rotation.vec();
     Eigen::Map<Eigen::Matrix<T, 6, 1>> whitened(residual);
     whitened = root_.cast<T>() * error;

@@ -17,6 +17,11 @@ struct OdometryBias {
 /// The motion that was measured, without the bias.
 Pose correctOdometry(const Pose& T_a_b, const OdometryBias& bias);
 
+/// toVector() of what is between the motion found and the corrected one; its position in metres as
+/// odometry measured them. That matters: noise is a measurement's, and in true metres a smaller
+/// scale would make all of it less, so that noise alone would shrink the scale.
+Vector6d computeBiasedError(const Pose& T_a_b, const OdometryBias& bias, const Pose& found_T_a_b);
+
 /// Derivative of correctOdometry() as a motion of b's frame, for each of scale and turn in units of
 /// their deviations in `config`: 6 x 4. Zero where both are 0.
 Eigen::Matrix<double, 6, 4> computeBiasJacobian(const Pose& T_a_b, const PoseGraphConfig& config);

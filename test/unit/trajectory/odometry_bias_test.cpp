@@ -25,7 +25,7 @@ PoseGraph makeBiasedLaps(const LapWorld& world, const PoseGraphConfig& config,
   graph.addKeyframe(KeyframeId{1}, world.truth[0]);
   for (PoseEdge edge : world.graph.edges()) {
     const OdometryBias inverse{1.0 / (1.0 + bias.scale) - 1.0,
-                               -(1.0 + bias.scale) * bias.turn_rad_per_m};
+                               -bias.turn_rad_per_m / (1.0 + bias.scale)};
     edge.T_a_b = correctOdometry(edge.T_a_b, inverse);
     graph.extend(edge);
   }
@@ -63,18 +63,44 @@ TEST(OdometryBias, JacobianIsThatOfDifferences) {
   }
 }
 
-TEST(OdometryBias, IsFoundWhereLoopsAreClosedAndTheTrajectoryIsBetterForIt) {
+/// Also loop closures between places 5 m apart: only these tell the scale.
+LapWorld makeLapsSeenFromAfar(std::uint32_t seed) {
+  LapWorld world = makeLaps(300, seed);
+  Noise noise(seed + 100);
+  constexpr std::size_t kLap = 120;
+  constexpr std::size_t kAway = 10;
+  for (std::size_t i = kLap + kAway; i < world.truth.size(); i += 5) {
+    const std::size_t other = i - kLap - kAway;
+    const Pose T = world.truth[i].inverse() * world.truth[other];
+    world.loops.push_back(makeEdge(i + 1, other + 1, T * noise.draw(kLoopSigma_m, kLoopSigma_rad),
+                                   EdgeKind::kLoop, makeInformation(kLoopSigma_m, kLoopSigma_rad)));
+  }
+  return world;
+}
+
+TEST(OdometryBias, IsFoundWherePlacesAreSeenFromOthersAndTheTrajectoryIsBetterForIt) {
   for (const std::uint32_t seed : {1U, 2U, 3U}) {
-    const LapWorld world = makeLaps(300, seed);
+    const LapWorld world = makeLapsSeenFromAfar(seed);
     PoseGraph with = makeBiasedLaps(world, makeBiasedConfig(), makeBias());
     PoseGraphConfig trusting;
     trusting.max_gate_chi2 = 1e9;
     PoseGraph without = makeBiasedLaps(world, trusting, makeBias());
     ASSERT_FALSE(with.optimize().isFault());
     ASSERT_FALSE(without.optimize().isFault());
-    EXPECT_NEAR(with.odometryBias().turn_rad_per_m.z(), 0.002, 0.0007);
-    EXPECT_LT(computeRmse(world, with), 0.75 * computeRmse(world, without)) << seed;
+    EXPECT_NEAR(with.odometryBias().scale, 0.02, 0.008) << seed;
+    EXPECT_NEAR(with.odometryBias().turn_rad_per_m.z(), 0.002, 0.002) << seed;
+    EXPECT_LT(computeRmse(world, with), 0.8 * computeRmse(world, without)) << seed;
     EXPECT_EQ(without.odometryBias().scale, 0.0);
+  }
+}
+
+/// Laps close at any scale; a smaller one makes no noise smaller.
+TEST(OdometryBias, WhereNothingTellsTheScaleItStaysNearNone) {
+  for (const std::uint32_t seed : {1U, 2U, 3U}) {
+    const LapWorld world = makeLaps(300, seed);
+    PoseGraph graph = makeBiasedLaps(world, makeBiasedConfig(), makeBias());
+    ASSERT_FALSE(graph.optimize().isFault());
+    EXPECT_NEAR(graph.odometryBias().scale, 0.0, 0.006) << seed;
   }
 }
 

@@ -117,5 +117,31 @@ TEST(RelativePoseError, AlongTurnsOfAPoseJacobiansAreThoseOfTheEdgesOwnError) {
   }
 }
 
+TEST(BiasedPoseError, IsTheErrorOfTheCorrectedEdge) {
+  using BiasedCost = ceres::AutoDiffCostFunction<BiasedPoseError, 6, 3, 4, 3, 4, 4>;
+  Noise noise(31);
+  PoseGraphConfig config;
+  config.odometry_scale = 0.03;
+  config.odometry_turn_rad_per_m = 0.02;
+  for (int trial = 0; trial < 20; ++trial) {
+    const Pose a = noise.draw(1.0, 0.8);
+    const PoseEdge edge =
+        makeEdge(1, 2, noise.draw(1.0, 0.8), EdgeKind::kOdometry, makeRandomInformation(noise));
+    const Pose b = a * edge.T_a_b * noise.draw(0.1, 0.1);
+    const Eigen::Vector4d units = toVector(noise.draw(1.0, 0.5)).head<4>();
+    const OdometryBias bias{config.odometry_scale * units(0),
+                            config.odometry_turn_rad_per_m * units.tail<3>()};
+    const BiasedCost biased(new BiasedPoseError(edge, config, 0.7));
+    const Blocks blocks(a, b);
+    const auto four = blocks.pointers();
+    const std::array<const double*, 5> five{four[0], four[1], four[2], four[3], units.data()};
+    Vector6d error;
+    ASSERT_TRUE(biased.Evaluate(five.data(), error.data(), nullptr));
+    const Vector6d expected = computeBiasedError(edge.T_a_b, bias, a.inverse() * b);
+    const double chi2 = 0.7 * expected.dot(edge.information * expected);
+    EXPECT_NEAR(error.squaredNorm(), chi2, 1e-9 * (1.0 + chi2));
+  }
+}
+
 }  // namespace
 }  // namespace tsg::trajectory
