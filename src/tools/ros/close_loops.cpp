@@ -54,7 +54,9 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
       "max-drift", options::value(&loops.max_drift),
       "of odometry, share of the way: farther apart no place is looked for (0.05)")(
       "max-candidates", options::value(&loops.max_candidates), "tried for each place (5)")(
-      "min-overlap", options::value(&loops.min_overlap), "share of points that must fit (0.3)");
+      "min-overlap", options::value(&loops.min_overlap), "share of points that must fit (0.3)")(
+      "min-eigenvalue", options::value(&loops.min_eigenvalue),
+      "clouds that fix a motion less are refused (0.002)");
   options::options_description input("input: as process_bag's");
   arguments.input.addTo(input);
   description.add(input);
