@@ -86,6 +86,17 @@ trajectory::Matrix6d makeInformation(const LoopConfig& config, const Registratio
 
 }  // namespace
 
+LoopCloserConfig makeLoopCloserConfig(const LoopConfig& loops) {
+  LoopCloserConfig config;
+  config.loops = loops;
+  const double factor = std::max(loops.max_drift, 0.01) / LoopConfig{}.max_drift;
+  config.odometry.position_m *= factor;
+  config.odometry.angle_rad *= factor;
+  config.graph.odometry_scale *= factor;
+  config.graph.odometry_turn_rad_per_m *= factor;
+  return config;
+}
+
 LoopCloser::LoopCloser(std::string frame, const LoopCloserConfig& config)
     : config_(config), keyframes_(std::move(frame), config.keyframes), graph_(config.graph) {
   config::validate(config.odometry, "odometry");

@@ -184,9 +184,9 @@ void MeshFusionNodelet::startCorrections() {
       report(), callbacks);
   const CorrectionConfig& config = config_.corrections;
   if (!config.close_loops) return;
-  LoopStage::Options options{{}, config.odometry_frame, config.loop_period_s};
+  LoopStage::Options options{loops::makeLoopCloserConfig(config.loops), config.odometry_frame,
+                             config.loop_period_s};
   options.config.keyframes = config.outside.keyframes;
-  options.config.loops = config.loops;
   loops_ = std::make_unique<LoopStage>(
       options, report(), [this](const LoopResult& result) { corrections_->follow(result); });
 }

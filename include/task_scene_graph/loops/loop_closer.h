@@ -30,8 +30,8 @@ struct LoopConfig {
   double max_share_through = 0.025;
   double max_lone_share_through = 0.005;
   double min_lone_share_in_sight = 0.3;
-  double loop_position_m = 0.015;
-  double loop_angle_rad = 0.006;
+  double loop_position_m = 0.01;
+  double loop_angle_rad = 0.004;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor& v) {
@@ -43,8 +43,8 @@ struct LoopConfig {
             "no loop closure between places with less way between them");
     v.field(
         "max_drift", self.max_drift, {0.0, 1.0}, "",
-        "places whose clouds' middles seem farther apart than this share of the way between them "
-        "are not tried");
+        "of odometry, share of the way: places whose clouds' middles seem farther apart are not "
+        "tried; its noise and bias are taken for larger with it");
     v.field("least_reach_m", self.least_reach_m, {0.0, 100.0}, "m", "... and this");
     v.field("max_candidates", self.max_candidates, {1.0, 100.0}, "",
             "so many places are tried for each anchor, those that look most alike");
@@ -93,6 +93,10 @@ struct LoopCloserConfig {
   LoopConfig loops;
   SupportConfig support;
 };
+
+/// With what `loops.max_drift` says of odometry: its noise and the deviations of its bias are those
+/// above at 5 %, and in proportion at other shares (from 1 % on).
+LoopCloserConfig makeLoopCloserConfig(const LoopConfig& loops);
 
 enum class LoopOutcome {
   kAdded,          ///< part of the pose graph; its verdict says whether it is believed

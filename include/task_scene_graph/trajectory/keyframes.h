@@ -29,8 +29,8 @@ struct KeyframeConfig {
 /// How fast odometry drifts: deviations of each coordinate and each angle after 1 m of way, or a
 /// turn of 1 rad; they grow with the root of both together. As given: 2 % and 1 degree after 10 m.
 struct OdometryNoise {
-  double position_m = 0.06;
-  double angle_rad = 0.006;
+  double position_m = 0.03;
+  double angle_rad = 0.003;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor& v) {

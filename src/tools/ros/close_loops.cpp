@@ -29,13 +29,13 @@ struct Arguments {
   std::string output;
   std::string list;
   std::string truth;
-  loops::LoopCloserConfig config;
+  loops::LoopConfig loops;
   tools::InputOptions input;
 };
 
 std::optional<Arguments> parseArguments(int argc, char** argv) {
   Arguments arguments;
-  loops::LoopConfig& loops = arguments.config.loops;
+  loops::LoopConfig& loops = arguments.loops;
   options::options_description description(
       "Finds places that a recorded walk sees again, and corrects its trajectory.\n"
       "usage: close_loops --bag B [B2 ...] --output NEW.tum [options]\n"
@@ -52,8 +52,9 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
       "truth", tools::pathOption(arguments.truth),
       "true poses, TUM's format: prints the error before and after")(
       "max-drift", options::value(&loops.max_drift),
-      "of odometry, share of the way: farther apart no place is looked for (0.05)")(
-      "max-candidates", options::value(&loops.max_candidates), "tried for each place (5)")(
+      "of odometry, share of the way: farther apart no place is looked for, and odometry is "
+      "believed less (0.05)")("max-candidates", options::value(&loops.max_candidates),
+                              "tried for each place (5)")(
       "min-overlap", options::value(&loops.min_overlap), "share of points that must fit (0.3)")(
       "min-eigenvalue", options::value(&loops.min_eigenvalue),
       "clouds that fix a motion less are refused (0.002)");
@@ -144,7 +145,7 @@ void run(const Arguments& arguments) {
   std::optional<Trajectory> truth;
   if (!arguments.truth.empty()) truth = loadTumTrajectory(arguments.truth);
   ros_interface::RgbdBag bag(arguments.bags, input, true);
-  loops::LoopCloser closer(input.world_frame, arguments.config);
+  loops::LoopCloser closer(input.world_frame, loops::makeLoopCloserConfig(arguments.loops));
   Trajectory odometry;
   bag.forEachFrame(
       [&](const RgbdFramePtr& frame, const SegmentationPtr& recorded) {

@@ -140,5 +140,20 @@ TEST(LoopCloser, OfNoFrameHasNothingToDo) {
   EXPECT_THROW(LoopCloser("odom", config), config::ConfigError);
 }
 
+TEST(LoopCloserConfig, OdometryThatMayDriftMoreIsBelievedLess) {
+  const LoopCloserConfig usual = makeLoopCloserConfig({});
+  EXPECT_EQ(usual.odometry.position_m, LoopCloserConfig{}.odometry.position_m);
+  EXPECT_EQ(usual.graph.odometry_scale, LoopCloserConfig{}.graph.odometry_scale);
+  LoopConfig loops;
+  loops.max_drift = 0.1;
+  const LoopCloserConfig worse = makeLoopCloserConfig(loops);
+  EXPECT_EQ(worse.loops.max_drift, 0.1);
+  EXPECT_DOUBLE_EQ(worse.odometry.position_m, 2.0 * usual.odometry.position_m);
+  EXPECT_DOUBLE_EQ(worse.odometry.angle_rad, 2.0 * usual.odometry.angle_rad);
+  EXPECT_DOUBLE_EQ(worse.graph.odometry_turn_rad_per_m, 2.0 * usual.graph.odometry_turn_rad_per_m);
+  loops.max_drift = 0.0;  // a graph needs some
+  EXPECT_DOUBLE_EQ(makeLoopCloserConfig(loops).odometry.angle_rad, 0.2 * usual.odometry.angle_rad);
+}
+
 }  // namespace
 }  // namespace tsg::loops
