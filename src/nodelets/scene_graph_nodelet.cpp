@@ -247,6 +247,9 @@ void SceneGraphNodelet::startInterface() {
       interface_handle_, access, encoder_,
       TaskServices::Files{config_.object_tasks, config_.place_tasks});
   questions_ = std::make_unique<QuestionServices>(interface_handle_, access, encoder_);
+  tunables_ = serveTunables(
+      interface_handle_, {config_.scene_graph, config_.markers},
+      [this](const TunedConfig& config) { tune(config); }, report());
   interface_spinner_ = std::make_unique<ros::AsyncSpinner>(1, &interface_queue_);
   interface_spinner_->start();
 }
@@ -272,14 +275,8 @@ void SceneGraphNodelet::startTopics() {
   if (!config_.object_frames.empty()) {
     tf_publisher_ = handle.advertise<tf2_msgs::TFMessage>("/tf", 100);
   }
-  startInterface();  // before the first message, which may come at once
-  tunables_ = serveTunables(
-      interface_handle_, {config_.scene_graph, config_.markers},
-      [this](const TunedConfig& config) { tune(config); }, report());
-  ros::NodeHandle settings_handle(handle);
-  settings_handle.setCallbackQueue(serviceHandle().getCallbackQueue());
-  upstream_settings_ =
-      std::make_unique<ros_interface::SettingsFollower>(settings_handle, config_.upstream);
+  startInterface();  // before the first graph, with which the tasks are published
+  upstream_settings_ = std::make_unique<ros_interface::SettingsFollower>(handle, config_.upstream);
   primitives_subscriber_ =
       handle.subscribe("object_primitives", 0, &SceneGraphNodelet::onPrimitives, this);
   places_subscriber_ = handle.subscribe("place_graph", 100, &SceneGraphNodelet::onPlaces, this);
