@@ -87,6 +87,7 @@ trajectory::Matrix6d makeInformation(const LoopConfig& config, const Registratio
 }  // namespace
 
 LoopCloserConfig makeLoopCloserConfig(const LoopConfig& loops) {
+  config::validate(loops, "loops");
   LoopCloserConfig config;
   config.loops = loops;
   const double factor = std::max(loops.max_drift, 0.01) / LoopConfig{}.max_drift;

@@ -53,6 +53,12 @@ Vector6d computeError(const PoseEdge& edge, const Pose& T_world_a, const Pose& T
   return toVector(edge.T_a_b.inverse() * T_world_a.inverse() * T_world_b);
 }
 
+Vector6d computeError(const PoseEdge& edge, const PoseGraphConfig& config, const OdometryBias& bias,
+                      const Pose& T_world_a, const Pose& T_world_b) {
+  if (!isBiased(edge, config)) return computeError(edge, T_world_a, T_world_b);
+  return computeBiasedError(edge.T_a_b, bias, T_world_a.inverse() * T_world_b);
+}
+
 PoseGraph::PoseGraph(const PoseGraphConfig& config) : config_(config) {
   config::validate(config, "pose graph");
 }
@@ -99,21 +105,13 @@ void PoseGraph::addEdge(const PoseEdge& edge) {
   verdicts_.push_back(Verdict::kUndecided);
 }
 
-Vector6d PoseGraph::computeError(const PoseEdge& edge) const {
-  const Pose& T_a = find(edge.a)->T_world_keyframe;
-  const Pose& T_b = find(edge.b)->T_world_keyframe;
-  if (edge.kind == EdgeKind::kOdometry && hasBias(config_)) {
-    return computeBiasedError(edge.T_a_b, bias_, T_a.inverse() * T_b);
-  }
-  return trajectory::computeError(edge, T_a, T_b);
-}
-
 double PoseGraph::computeChi2() const {
   double chi2 = 0.0;
   for (std::size_t i = 0; i < edges_.size(); ++i) {
     const PoseEdge& edge = edges_[i];
     if (edge.kind == EdgeKind::kLoop && verdicts_[i] != Verdict::kBelieved) continue;
-    const Vector6d error = computeError(edge);
+    const Vector6d error = computeError(edge, config_, bias_, find(edge.a)->T_world_keyframe,
+                                        find(edge.b)->T_world_keyframe);
     chi2 += error.dot(edge.information * error);
   }
   return chi2;

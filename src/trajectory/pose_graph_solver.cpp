@@ -92,7 +92,7 @@ SolverResult solvePoses(const std::vector<SolverEdge>& edges, const PoseGraphCon
   if (is_biased) addPrior(units, problem);
   for (const SolverEdge& edge : edges) {
     if (edge.weight == 0.0) continue;
-    if (is_biased && edge.edge->kind == EdgeKind::kOdometry) {
+    if (isBiased(*edge.edge, config)) {
       addBiasedEdge(edge, config, poses, units, problem);
     } else {
       addEdge(edge, poses, problem);

@@ -9,6 +9,17 @@
 
 namespace tsg::trajectory {
 
+/// toVector() of a motion, times the root of its information.
+template <typename T>
+void writeWhitened(const Matrix6d& root, const Eigen::Matrix<T, 3, 1>& position,
+                   const Eigen::Quaternion<T>& rotation, T* residual) {
+  Eigen::Matrix<T, 6, 1> error;
+  error.template head<3>() = position;
+  error.template tail<3>() = (rotation.w() < T(0.0) ? T(-2.0) : T(2.0)) * rotation.vec();
+  Eigen::Map<Eigen::Matrix<T, 6, 1>> whitened(residual);
+  whitened = root.cast<T>() * error;
+}
+
 /// computeError() of an edge, times a square root of its information, as Ceres's automatic
 /// differentiation takes it. Positions in metres, quaternions as x, y, z, w.
 class RelativePoseError {
@@ -27,12 +38,9 @@ class RelativePoseError {
     const Eigen::Quaternion<T> turn_a = Eigen::Map<const Eigen::Quaternion<T>>(q_a).conjugate();
     const Eigen::Map<const Eigen::Quaternion<T>> turn_b(q_b);
     const Vector3 found = turn_a * Vector3(position_b - position_a);
+    const Vector3 position = q_b_a_.cast<T>() * found + p_b_a_.cast<T>();
     const Eigen::Quaternion<T> rotation = q_b_a_.cast<T>() * turn_a * turn_b;
-    Eigen::Matrix<T, 6, 1> error;
-    error.template head<3>() = q_b_a_.cast<T>() * found + p_b_a_.cast<T>();
-    error.template tail<3>() = (rotation.w() < T(0.0) ? T(-2.0) : T(2.0)) * rotation.vec();
-    Eigen::Map<Eigen::Matrix<T, 6, 1>> whitened(residual);
-    whitened = root_.cast<T>() * error;
+    writeWhitened(root_, position, rotation, residual);
     return true;
   }
 
@@ -65,13 +73,10 @@ class BiasedPoseError {
     back.normalize();
     const Eigen::Quaternion<T> q_b_a = back * q_b_a_.cast<T>();
     const Vector3 found = turn_a * Vector3(position_b - position_a);
-    const Eigen::Quaternion<T> rotation = q_b_a * turn_a * turn_b;
-    Eigen::Matrix<T, 6, 1> error;
-    error.template head<3>() =
+    const Vector3 position =
         q_b_a * Vector3(found / (T(1.0) + T(scale_) * bias[0]) - p_a_b_.cast<T>());
-    error.template tail<3>() = (rotation.w() < T(0.0) ? T(-2.0) : T(2.0)) * rotation.vec();
-    Eigen::Map<Eigen::Matrix<T, 6, 1>> whitened(residual);
-    whitened = root_.cast<T>() * error;
+    const Eigen::Quaternion<T> rotation = q_b_a * turn_a * turn_b;
+    writeWhitened(root_, position, rotation, residual);
     return true;
   }
 

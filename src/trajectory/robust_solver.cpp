@@ -31,12 +31,8 @@ double computeWeight(double chi2, double max_chi2, double mu) {
 }  // namespace
 
 double RobustSolver::computeChi2(const SolverEdge& edge) const {
-  const Pose T_a = toPose(poses_[edge.a]);
-  const Pose T_b = toPose(poses_[edge.b]);
-  const bool is_biased = edge.edge->kind == EdgeKind::kOdometry && hasBias(config_);
-  const Vector6d error = is_biased
-                             ? computeBiasedError(edge.edge->T_a_b, bias_, T_a.inverse() * T_b)
-                             : computeError(*edge.edge, T_a, T_b);
+  const Vector6d error =
+      computeError(*edge.edge, config_, bias_, toPose(poses_[edge.a]), toPose(poses_[edge.b]));
   return error.dot(edge.edge->information * error);
 }
 

@@ -43,8 +43,8 @@ struct LoopConfig {
             "no loop closure between places with less way between them");
     v.field(
         "max_drift", self.max_drift, {0.0, 1.0}, "",
-        "of odometry, share of the way: places whose clouds' middles seem farther apart are not "
-        "tried; its noise and bias are taken for larger with it");
+        "places whose clouds' middles seem farther apart than this share of the way between them "
+        "are not tried; the larger, the less odometry is believed");
     v.field("least_reach_m", self.least_reach_m, {0.0, 100.0}, "m", "... and this");
     v.field("max_candidates", self.max_candidates, {1.0, 100.0}, "",
             "so many places are tried for each anchor, those that look most alike");
@@ -95,7 +95,7 @@ struct LoopCloserConfig {
 };
 
 /// With what `loops.max_drift` says of odometry: its noise and the deviations of its bias are those
-/// above at 5 %, and in proportion at other shares (from 1 % on).
+/// above at 5 %, and in proportion at other shares (from 1 % on). @throws config::ConfigError
 LoopCloserConfig makeLoopCloserConfig(const LoopConfig& loops);
 
 enum class LoopOutcome {

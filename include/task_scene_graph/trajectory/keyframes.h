@@ -27,7 +27,8 @@ struct KeyframeConfig {
 };
 
 /// How fast odometry drifts: deviations of each coordinate and each angle after 1 m of way, or a
-/// turn of 1 rad; they grow with the root of both together. As given: 2 % and 1 degree after 10 m.
+/// turn of 1 rad; they grow with the root of both together. As given: 1 % and half a degree after
+/// 10 m, besides the bias that a graph may allow for.
 struct OdometryNoise {
   double position_m = 0.03;
   double angle_rad = 0.003;

@@ -34,6 +34,15 @@ struct PoseEdge {
 /// rotation, which is twice g2o's.
 Vector6d computeError(const PoseEdge& edge, const Pose& T_world_a, const Pose& T_world_b);
 
+/// Whether the configuration lets the edge have a bias.
+inline bool isBiased(const PoseEdge& edge, const PoseGraphConfig& config) {
+  return edge.kind == EdgeKind::kOdometry && hasBias(config);
+}
+
+/// As above, or computeBiasedError() of an edge that may have a bias.
+Vector6d computeError(const PoseEdge& edge, const PoseGraphConfig& config, const OdometryBias& bias,
+                      const Pose& T_world_a, const Pose& T_world_b);
+
 /// What is thought of an edge.
 enum class Verdict {
   kUndecided,             ///< new since the last solution
@@ -121,7 +130,6 @@ class PoseGraph {
 
  private:
   std::size_t indexOf(KeyframeId id) const;
-  Vector6d computeError(const PoseEdge& edge) const;
 
   PoseGraphConfig config_;
   OdometryBias bias_;

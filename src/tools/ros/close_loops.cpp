@@ -52,9 +52,9 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
       "truth", tools::pathOption(arguments.truth),
       "true poses, TUM's format: prints the error before and after")(
       "max-drift", options::value(&loops.max_drift),
-      "of odometry, share of the way: farther apart no place is looked for, and odometry is "
-      "believed less (0.05)")("max-candidates", options::value(&loops.max_candidates),
-                              "tried for each place (5)")(
+      "of odometry, share of the way: farther apart no place is looked for; the larger, the less "
+      "odometry is believed (0.05)")("max-candidates", options::value(&loops.max_candidates),
+                                     "tried for each place (5)")(
       "min-overlap", options::value(&loops.min_overlap), "share of points that must fit (0.3)")(
       "min-eigenvalue", options::value(&loops.min_eigenvalue),
       "clouds that fix a motion less are refused (0.002)");

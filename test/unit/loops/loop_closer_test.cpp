@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <functional>
+#include <limits>
+#include <string>
 
 #include "drifting_walk.h"
 #include "task_scene_graph/config/config.h"
@@ -153,6 +155,19 @@ TEST(LoopCloserConfig, OdometryThatMayDriftMoreIsBelievedLess) {
   EXPECT_DOUBLE_EQ(worse.graph.odometry_turn_rad_per_m, 2.0 * usual.graph.odometry_turn_rad_per_m);
   loops.max_drift = 0.0;  // a graph needs some
   EXPECT_DOUBLE_EQ(makeLoopCloserConfig(loops).odometry.angle_rad, 0.2 * usual.odometry.angle_rad);
+}
+
+TEST(LoopCloserConfig, AShareThatIsNoneIsNamedAndNotWhatFollowsFromIt) {
+  for (const double share : {2.0, -0.1, std::numeric_limits<double>::quiet_NaN()}) {
+    LoopConfig loops;
+    loops.max_drift = share;
+    try {
+      makeLoopCloserConfig(loops);
+      ADD_FAILURE() << share;
+    } catch (const config::ConfigError& e) {
+      EXPECT_NE(std::string(e.what()).find("max_drift"), std::string::npos) << e.what();
+    }
+  }
 }
 
 }  // namespace
