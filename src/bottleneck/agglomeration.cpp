@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
+#include <queue>
+#include <utility>
 
 #include "agglomeration_run.h"
 
@@ -262,7 +266,66 @@ std::vector<Index> Agglomeration::listNeighbours(Index cluster) {
   return neighbours;
 }
 
+namespace {
+
+/// The neighbours of each primitive, one after the other.
+class Neighbours {
+ public:
+  explicit Neighbours(const AgglomerationProblem& problem)
+      : begins_(problem.relevance.size() + 2, 0), ends_(2 * problem.edges.size()) {
+    for (const auto& [a, b] : problem.edges) {
+      ++begins_[a + 2];
+      ++begins_[b + 2];
+    }
+    std::partial_sum(begins_.begin(), begins_.end(), begins_.begin());
+    for (const auto& [a, b] : problem.edges) {
+      ends_[begins_[a + 1]++] = b;
+      ends_[begins_[b + 1]++] = a;
+    }
+  }
+
+  template <typename Visit>
+  void forEach(Index node, const Visit& visit) const {
+    for (std::size_t i = begins_[node]; i < begins_[node + 1]; ++i) visit(ends_[i]);
+  }
+
+ private:
+  std::vector<std::size_t> begins_;  // by node, once filled; counted one further on meanwhile
+  std::vector<Index> ends_;
+};
+
+// Of merges that all cost nothing the first is that of the smallest two ids: the smallest primitive
+// that has a neighbour left takes in its smallest one, until there is none.
+MergeTape agglomerateAlike(const AgglomerationProblem& problem) {
+  const Neighbours neighbours(problem);
+  std::vector<char> is_reached(problem.relevance.size(), 0);
+  MergeTape tape;
+  std::priority_queue<Index, std::vector<Index>, std::greater<>> reached;
+  const auto reach = [&](Index node) {
+    if (std::exchange(is_reached[node], char{1}) == 0) reached.push(node);
+  };
+  for (Index seed = 0; seed < is_reached.size(); ++seed) {
+    if (std::exchange(is_reached[seed], char{1}) != 0) continue;
+    neighbours.forEach(seed, reach);
+    while (!reached.empty()) {
+      const Index next = reached.top();
+      reached.pop();
+      tape.push_back({seed, next, 0});
+      neighbours.forEach(next, reach);
+    }
+  }
+  return tape;
+}
+
+}  // namespace
+
+bool areAlike(const AgglomerationProblem& problem) {
+  return std::all_of(problem.relevance.begin(), problem.relevance.end(),
+                     [&](const SparseMasses* p) { return *p == *problem.relevance.front(); });
+}
+
 MergeTape agglomerate(const AgglomerationProblem& problem) {
+  if (areAlike(problem)) return agglomerateAlike(problem);
   Agglomeration agglomeration(problem);
   for (const auto& [a, b] : problem.edges) agglomeration.connect(a, b);
   return agglomeration.run();

@@ -39,8 +39,12 @@ struct AgglomerationProblem {
 /// touches everything) would make it quadratic; the edges of such hubs wait under lower bounds of
 /// their costs instead, and only those of the smaller side are priced (small to large). About
 /// O(E log E) times the support on maps; memory O(N support + E). The result does not depend on
-/// `hub_degree`.
+/// `hub_degree`. Where areAlike(), O((N + E) log N).
 MergeTape agglomerate(const AgglomerationProblem& problem);
+
+/// Whether all primitives have the same p(y|x), as the places of one room do that count for one
+/// task: no merge costs anything then, and a former run would not help. O(N support).
+bool areAlike(const AgglomerationProblem& problem);
 
 /// An earlier run over much the same graph.
 struct FormerRun {

@@ -123,9 +123,9 @@ std::pair<SparseMasses, std::size_t> IncrementalClustering::sumRelevance(
   std::vector<double> dense(static_cast<std::size_t>(state_->scorer_.numTasks()) + 1, 0.0);
   std::size_t count = 0;
   for (const NodeKey key : keys) {
-    if (!state_->graph_.contains(key)) continue;
-    const Slot slot = state_->graph_.find(key);
-    for (const TaskMass& mass : state_->graph_[slot].relevance) dense[mass.task] += mass.mass;
+    const std::optional<Slot> slot = state_->graph_.findIfThere(key);
+    if (!slot) continue;
+    for (const TaskMass& mass : state_->graph_[*slot].relevance) dense[mass.task] += mass.mass;
     ++count;
   }
   SparseMasses sum;

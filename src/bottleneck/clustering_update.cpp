@@ -45,7 +45,7 @@ void ClusteringState::apply() {
   std::vector<MergeTape> tapes(parts.size());
   parallelFor(parts.size(), config_.num_threads, [&](std::size_t i) {
     const AgglomerationProblem problem = makeProblem(parts[i]);
-    const Component* former = findFormer(parts[i]);
+    const Component* former = areAlike(problem) ? nullptr : findFormer(parts[i]);
     tapes[i] = former != nullptr ? reagglomerate(problem, makeFormerRun(*former, parts[i]))
                                  : agglomerate(problem);  // Algorithm 1, Eq. 2
   });

@@ -166,9 +166,13 @@ void PrimitiveGraph::unlink(Slot a, Slot b) {
 }
 
 Slot PrimitiveGraph::find(NodeKey key) const {
-  const auto place = slots_.find(key);
-  if (place != slots_.end()) return place->second;
+  if (const auto slot = findIfThere(key)) return *slot;
   throw std::invalid_argument("there is no " + describeKey(key));
+}
+
+std::optional<Slot> PrimitiveGraph::findIfThere(NodeKey key) const {
+  const auto place = slots_.find(key);
+  return place == slots_.end() ? std::nullopt : std::make_optional(place->second);
 }
 
 void PrimitiveGraph::markTouched(Slot slot) {

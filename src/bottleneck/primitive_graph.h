@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -55,6 +56,7 @@ class PrimitiveGraph {
 
   /// @throws std::invalid_argument naming the key if there is none.
   Slot find(NodeKey key) const;
+  std::optional<Slot> findIfThere(NodeKey key) const;
   bool contains(NodeKey key) const { return slots_.count(key) > 0; }
   std::size_t size() const { return slots_.size(); }
   /// One past the largest slot in use.

@@ -77,7 +77,7 @@ PlaceExtractor::Changes PlaceExtractor::findChanges(const std::vector<GridIndex>
       changes.added.back().place.position_m = node->seed.position_m;
       changes.added.back().place.clearance_m = static_cast<double>(node->seed.clearance_m);
     } else if (is_place) {
-      places_.at(id->second).place.clearance_m = static_cast<double>(node->seed.clearance_m);
+      places_.at(id->second)->place.clearance_m = static_cast<double>(node->seed.clearance_m);
     } else {
       changes.removed.push_back(removePlace(id->second));
     }
@@ -117,12 +117,12 @@ void PlaceExtractor::insertPlace(PlaceState state) {
   const PlaceId id = state.place.id;
   id_of_key_[state.key] = id;
   cubes_[computeCube(state.place.position_m)].push_back(id);
-  places_[id] = std::move(state);
+  places_[id] = std::make_unique<PlaceState>(std::move(state));
 }
 
 PlaceExtractor::PlaceState PlaceExtractor::removePlace(PlaceId id) {
   const auto found = places_.find(id);
-  PlaceState state = std::move(found->second);
+  PlaceState state = std::move(*found->second);
   places_.erase(found);
   id_of_key_.erase(state.key);
   const auto cube = cubes_.find(computeCube(state.place.position_m));
@@ -145,7 +145,7 @@ void PlaceExtractor::updateEdges(const std::vector<GridIndex>& touched) {
   for (const GridIndex& key : touched) {
     const auto id = id_of_key_.find(key);
     if (id == id_of_key_.end()) continue;
-    std::vector<PlaceEdge>& edges = places_.at(id->second).edges;
+    std::vector<PlaceEdge>& edges = places_.at(id->second)->edges;
     edges.clear();
     layers_->links().find(key)->forEachEdge([&](const GridIndex& to, double clearance_m) {
       const PlaceId other = id_of_key_.at(to);
@@ -175,7 +175,7 @@ void PlaceExtractor::addView(const RgbdFrame& frame, const Embedding& image_embe
     const GridIndex offset(i % size.x(), i / size.x() % size.y(), i / (size.x() * size.y()));
     const auto cube = cubes_.find(low + offset);
     if (cube == cubes_.end()) continue;
-    for (const PlaceId id : cube->second) places_.at(id).addView(views_, view);
+    for (const PlaceId id : cube->second) places_.at(id)->addView(views_, view);
   }
   ++counters_.views;
   counters_.forgotten_views = views_.numForgotten();
@@ -186,8 +186,8 @@ PlaceGraph PlaceExtractor::graph() const {
   graph.stamp = stamp_;
   graph.places.reserve(places_.size());
   for (const auto& [id, state] : places_) {
-    graph.places.push_back(state.place);
-    graph.edges.insert(graph.edges.end(), state.edges.begin(), state.edges.end());
+    graph.places.push_back(state->place);
+    graph.edges.insert(graph.edges.end(), state->edges.begin(), state->edges.end());
   }
   return graph;
 }

@@ -114,7 +114,7 @@ PlaceMemory PlaceExtractor::memory() const {
   memory.way = layers_->way().memory();
   memory.views.assign(views_.views().begin(), views_.views().end());
   for (const auto& [id, state] : places_) {
-    memory.places.push_back({state.place, state.key, state.views()});
+    memory.places.push_back({state->place, state->key, state->views()});
     memory.places.back().place.embedding = {};
     memory.places.back().place.num_views = 0;
   }
@@ -168,7 +168,7 @@ void PlaceExtractor::rememberPlaces(const PlaceMemory& memory, Changes& changes)
   }
   matchIds(changes);
   addPlaces(changes);
-  for (const auto& [id, sum] : views) places_.at(id).setViews(*sum);
+  for (const auto& [id, sum] : views) places_.at(id)->setViews(*sum);
 }
 
 PlaceMemory mergeMemories(const PlaceMemory& a, const PlaceMemory& b, const Pose& T_a_b,

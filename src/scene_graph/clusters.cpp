@@ -2,8 +2,10 @@
 #include "task_scene_graph/scene_graph/clusters.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "footprint.h"
+#include "region_embedding.h"
 #include "task_scene_graph/core/point_index.h"
 #include "task_scene_graph/scene_graph/primitive_union.h"
 #include "task_scene_graph/scene_graph/scoring.h"
@@ -70,17 +72,17 @@ bool isPublished(int cluster_task, const SceneObject& object, const SceneGraphCo
 Region describeRegion(const std::vector<const Place*>& members,
                       const bottleneck::TaskScorer& scorer, const std::vector<std::string>& tasks,
                       double place_alpha) {
+  Embedding mean = RegionEmbedding().update(members, scorer.dimension(), {});
+  return describeRegion(members, std::move(mean), scorer, tasks, place_alpha);
+}
+
+Region describeRegion(const std::vector<const Place*>& members, Embedding mean,
+                      const bottleneck::TaskScorer& scorer, const std::vector<std::string>& tasks,
+                      double place_alpha) {
   Region region;
-  EmbeddingMean embedding;
-  Eigen::Index size = scorer.dimension();
-  for (const Place* place : members) {
-    region.places.push_back(place->id);
-    if (!place->embedding.hasDirection()) continue;
-    if (size == 0) size = place->embedding.size();
-    if (place->embedding.size() == size) embedding.add(place->embedding);
-  }
+  for (const Place* place : members) region.places.push_back(place->id);
   region.position_m = findNearestToMean(members).position_m;
-  region.embedding = embedding.mean();
+  region.embedding = std::move(mean);
   Footprint footprint = computeFootprint(members);
   region.area_m2 = footprint.area_m2;
   region.footprint_m = std::move(footprint.outline_m);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <opencv2/imgproc.hpp>
 
 namespace tsg::scene_graph {
@@ -41,7 +42,8 @@ void drawDisc(const Place& place, Raster& raster) {
     const double half = std::sqrt(std::max(0.0, radius * radius - std::pow(y - center.y(), 2)));
     const int from = static_cast<int>(std::ceil(center.x() - half));
     const int to = static_cast<int>(std::floor(center.x() + half));
-    if (to >= from) raster.cells(cv::Rect(from, y, to - from + 1, 1)).setTo(1);
+    std::uint8_t* row = raster.cells.ptr<std::uint8_t>(y);
+    if (to >= from) std::fill(row + from, row + to + 1, std::uint8_t{1});
   }
 }
 

@@ -9,6 +9,7 @@
 
 #include "place_features.h"
 #include "place_index.h"
+#include "region_embedding.h"
 #include "region_groups.h"
 #include "task_scene_graph/bottleneck/clustering.h"
 #include "task_scene_graph/config/config.h"
@@ -116,6 +117,11 @@ void checkPlaceGraph(const PlaceGraph& graph) {
   checkEdges(graph);
 }
 
+struct RegionLayer::Description {
+  Region region;
+  RegionEmbedding embedding;
+};
+
 RegionLayer::RegionLayer(const SceneGraphConfig& config)
     : config_(config),
       clustering_(std::make_unique<IncrementalClustering>(
@@ -133,7 +139,7 @@ void RegionLayer::setTasks(const TaskList& tasks) {
   scorer_ = bottleneck::TaskScorer(tasks.embeddings);
   tasks_ = tasks;
   are_tasks_new_ = true;
-  regions_.clear();
+  descriptions_.clear();
   apply(places_);  // embeddings that were of a wrong size may be of the right one now
 }
 
@@ -141,7 +147,7 @@ void RegionLayer::setConfig(const SceneGraphConfig& config) {
   clustering_->setConfig(config.placeClustering());
   config_ = config;
   are_tasks_new_ = true;
-  regions_.clear();
+  descriptions_.clear();
   apply(places_);
 }
 
@@ -281,29 +287,34 @@ void RegionLayer::updateClusters() {
 
 std::vector<Region> RegionLayer::computeRegions() {
   updateClusters();
+  RegionEmbedding::BlockSet changed_blocks;
+  for (const PlaceId id : changed_places_) changed_blocks.insert(RegionEmbedding::blockOf(id));
   const auto isChanged = [&](PlaceId id) { return changed_places_.count(id) > 0; };
-  std::map<RegionId, Region> regions;
-  std::vector<Region> result;
+  std::map<RegionId, std::unique_ptr<Description>> descriptions;
+  std::vector<Region> regions;
   for (const auto& cluster : clusters_) {
-    const auto old = regions_.find(cluster.id);
-    const bool is_same = old != regions_.end() && old->second.places == cluster.places &&
+    auto& description = descriptions[cluster.id] = std::move(descriptions_[cluster.id]);
+    const bool is_same = description != nullptr && description->region.places == cluster.places &&
                          std::none_of(cluster.places.begin(), cluster.places.end(), isChanged);
-    result.push_back(is_same ? std::move(old->second) : describe(cluster));
-    regions[cluster.id] = result.back();
+    if (description == nullptr) description = std::make_unique<Description>();
+    if (!is_same) describe(cluster, changed_blocks, *description);
+    regions.push_back(description->region);
   }
-  regions_ = std::move(regions);
+  descriptions_ = std::move(descriptions);
   changed_places_.clear();
-  return result;
+  return regions;
 }
 
-Region RegionLayer::describe(const RegionCluster& cluster) const {
+void RegionLayer::describe(const RegionCluster& cluster, const RegionEmbedding::BlockSet& changed,
+                           Description& description) const {
   std::vector<const Place*> places;
   for (const PlaceId id : cluster.places) {
     places.push_back(&places_->places[features_->index().find(id)]);
   }
-  Region region = describeRegion(places, scorer_, tasks_.names, config_.place_alpha);
-  region.id = cluster.id;
-  return region;
+  Embedding mean = description.embedding.update(places, scorer_.dimension(), changed);
+  description.region =
+      describeRegion(places, std::move(mean), scorer_, tasks_.names, config_.place_alpha);
+  description.region.id = cluster.id;
 }
 
 std::vector<RegionCluster> RegionLayer::computeClusters() {

@@ -41,6 +41,13 @@ void EmbeddingMean::add(const Embedding& embedding) {
   ++count_;
 }
 
+void EmbeddingMean::add(const EmbeddingMean& other) {
+  if (other.count_ == 0) return;
+  if (count_ == 0) sum_ = Eigen::VectorXd::Zero(other.sum_.size());
+  sum_ += other.sum_;
+  count_ += other.count_;
+}
+
 Embedding EmbeddingMean::mean() const {
   return count_ == 0 ? Embedding() : Embedding((sum_ / count_).cast<float>());
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <boost/container/small_vector.hpp>
 #include <cstdint>
-#include <vector>
 
 // clang-format off
 /// Symbols of [Clio24, Sec. III] as this module uses them. All logarithms have base 2 (bits), and
@@ -31,8 +31,9 @@ struct TaskMass {
   friend bool operator!=(TaskMass a, TaskMass b) { return !(a == b); }
 };
 
-/// Sparse vector over tasks, ascending by task, masses > 0.
-using SparseMasses = std::vector<TaskMass>;
+/// Sparse vector over tasks, ascending by task, masses > 0. Room for the null task and two others
+/// without an allocation: large clusterings hold one for each primitive.
+using SparseMasses = boost::container::small_vector<TaskMass, 3>;
 
 /// H(p) = -sum p log2 p in bits of a sparse distribution (masses sum to 1).
 double computeEntropyBits(const SparseMasses& distribution);

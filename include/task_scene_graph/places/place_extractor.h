@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <boost/container/flat_map.hpp>
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <unordered_map>
 #include <vector>
@@ -128,7 +128,8 @@ class PlaceExtractor {
   VoxelMap voxels_;
   std::unique_ptr<PlaceLayers> layers_;
   ViewDatabase views_;
-  std::map<PlaceId, PlaceState> places_;
+  /// In one row, as all are gone through for graph(); new ones come at its end.
+  boost::container::flat_map<PlaceId, std::unique_ptr<PlaceState>> places_;
   std::unordered_map<mapping::GridIndex, PlaceId, mapping::GridIndexHash> id_of_key_;
   /// Places by the cube in which they lie, so that a view is shown to those around it only.
   std::unordered_map<mapping::GridIndex, std::vector<PlaceId>, mapping::GridIndexHash> cubes_;

@@ -39,9 +39,13 @@ bool isPublished(int cluster_task, const SceneObject& object, const SceneGraphCo
 
 /// The region that places are together, without id, doors and objects; named if its score reaches
 /// `place_alpha`.
-/// @param members  not empty; embeddings that are missing, zero or of another size than the tasks'
-/// (without tasks: than the first) do not count. O(members * D + tasks * D).
+/// @param members  ascending by id, not empty; embeddings that are missing, zero or of another size
+/// than the tasks' (without tasks: than the first) do not count. O(members * D + tasks * D).
 Region describeRegion(const std::vector<const Place*>& members,
+                      const bottleneck::TaskScorer& scorer, const std::vector<std::string>& tasks,
+                      double place_alpha);
+/// The same where the members' mean embedding is known. O(members + tasks * D).
+Region describeRegion(const std::vector<const Place*>& members, Embedding mean,
                       const bottleneck::TaskScorer& scorer, const std::vector<std::string>& tasks,
                       double place_alpha);
 

@@ -103,7 +103,11 @@ class RegionLayer {
   void updateClusters();
   void requireClustered(PlaceId id) const;
   RegionId findRegion(PlaceId place) const;
-  Region describe(const RegionCluster& cluster) const;
+  /// A region as it was described last, and what its mean embedding was made of.
+  struct Description;
+
+  void describe(const RegionCluster& cluster, const std::unordered_set<std::uint64_t>& changed,
+                Description& description) const;
 
   SceneGraphConfig config_;
   TaskList tasks_;
@@ -116,7 +120,7 @@ class RegionLayer {
   bool are_tasks_new_ = false;               ///< since `members_` was made
   std::unique_ptr<RegionIds> ids_;
   std::vector<RegionCluster> clusters_;         ///< ascending by id
-  std::map<RegionId, Region> regions_;          ///< as they were described last
+  std::map<RegionId, std::unique_ptr<Description>> descriptions_;
   std::unordered_set<PlaceId> changed_places_;  ///< since then
   bool are_clusters_stale_ = true;
 };

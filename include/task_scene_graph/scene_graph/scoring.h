@@ -37,6 +37,8 @@ CosineSummary summarizeCosines(const std::vector<const Embedding*>& embeddings,
 class EmbeddingMean {
  public:
   void add(const Embedding& embedding);
+  /// Adds the sum of another mean of embeddings of the same size.
+  void add(const EmbeddingMean& other);
   /// Empty if nothing was added.
   Embedding mean() const;
 

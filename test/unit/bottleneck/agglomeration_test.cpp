@@ -121,6 +121,26 @@ TEST_P(HubDegrees, TapeIsTheOneThatPricingEveryEdgeGives) {
 
 INSTANTIATE_TEST_SUITE_P(Agglomeration, HubDegrees, testing::Values(0, 1, 3, 8, 20, 1000000));
 
+TEST(Agglomeration, TapeOfPrimitivesThatAreAlikeIsTheSameToo) {
+  for (std::uint32_t seed = 0; seed < 40; ++seed) {
+    RandomProblem problem = makeProblem(seed, 3 + 3 * seed, 0.0, seed % 3);
+    const SparseMasses common = problem.relevance.back();
+    for (SparseMasses& relevance : problem.relevance) relevance = common;
+    std::mt19937 random(seed);  // some edges less: parts of their own
+    const auto isDropped = [&](const Edge&) { return random() % 3 == 0; };
+    if (seed % 2 == 0) {
+      problem.edges.erase(std::remove_if(problem.edges.begin(), problem.edges.end(), isDropped),
+                          problem.edges.end());
+      std::shuffle(problem.edges.begin(), problem.edges.end(), random);
+    }
+    ASSERT_TRUE(areAlike(problem.problem(64)));
+    const MergeTape tape = agglomerate(problem.problem(64));
+    ASSERT_EQ(findDifference(tape, agglomerateNaively(problem)), "") << "seed " << seed;
+    problem.relevance.front() = {{7, 1.0}};
+    ASSERT_FALSE(areAlike(problem.problem(64)));
+  }
+}
+
 TEST(Agglomeration, LargeGraphsDoNotDependOnTheHubDegree) {
   for (std::uint32_t seed = 0; seed < 3; ++seed) {
     const RandomProblem problem = makeProblem(seed, 3000, 0.4, 4);
