@@ -2,6 +2,7 @@
 #include "task_scene_graph/evaluation/object_scores.h"
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 #include <stdexcept>
 
@@ -108,6 +109,26 @@ std::vector<const RotatedBox*> findKept(const std::vector<Estimate>& estimates, 
   return kept;
 }
 
+/// How far the nearest estimate is from each thing, middle to middle.
+void appendCenterErrors(const std::vector<const RotatedBox*>& estimates,
+                        const std::vector<RotatedBox>& truth, std::vector<double>& errors_m) {
+  if (estimates.empty()) return;
+  for (const RotatedBox& thing : truth) {
+    double nearest_m = std::numeric_limits<double>::infinity();
+    for (const RotatedBox* estimate : estimates) {
+      nearest_m = std::min(nearest_m, (estimate->center_m - thing.center_m).norm());
+    }
+    errors_m.push_back(nearest_m);
+  }
+}
+
+double computeMedian(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 TaskCounts count(const TaskTruth& truth, const std::vector<Estimate>& estimates, Eigen::Index task,
                  ScoreMode mode) {
   TaskCounts counts;
@@ -158,7 +179,10 @@ ObjectScores computeObjectScores(const std::vector<TaskTruth>& truth,
   ObjectScores scores;
   scores.num_objects = estimates.size();
   TaskCounts sum;
+  std::vector<double> center_errors_m;
   for (std::size_t i = 0; i < truth.size(); ++i) {
+    appendCenterErrors(findNearest(estimates, static_cast<Eigen::Index>(i), truth[i].boxes.size()),
+                       truth[i].boxes, center_errors_m);
     const TaskCounts row = count(truth[i], estimates, static_cast<Eigen::Index>(i), mode);
     sum.num_true += row.num_true;
     sum.found_strict += row.found_strict;
@@ -171,6 +195,7 @@ ObjectScores computeObjectScores(const std::vector<TaskTruth>& truth,
   }
   scores.num_true = sum.num_true;
   scores.num_kept = sum.num_kept;
+  scores.center_error_m = computeMedian(std::move(center_errors_m));
   scores.iou = sum.iou_sum / static_cast<double>(sum.num_true);
   scores.strict =
       makeScores(divide(sum.found_strict, sum.num_true), divide(sum.correct_strict, sum.num_kept));

@@ -18,6 +18,7 @@
 #include "task_scene_graph/evaluation/calibration.h"
 #include "task_scene_graph/evaluation/class_scores.h"
 #include "task_scene_graph/evaluation/map_regions.h"
+#include "task_scene_graph/evaluation/mesh_scores.h"
 #include "task_scene_graph/evaluation/object_scores.h"
 #include "task_scene_graph/evaluation/object_truth.h"
 #include "task_scene_graph/language/text_encoder.h"
@@ -103,7 +104,7 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
       "true-mesh", tools::pathOption(arguments.true_mesh),
       "true surfaces (PLY), mesh.ply of a generated world or scene_mesh.ply of a rendered house: "
       "success of going to each task's best object by the map folder's places, from where its walk "
-      "began")("json", tools::pathOption(arguments.json), "file to write all numbers to");
+      "began, and how far the map's mesh is off")("json", tools::pathOption(arguments.json), "file to write all numbers to");
   if (!tools::parseOptions(argc, argv, description)) return std::nullopt;
   using scene_graph::BoxSource;
   using scene_graph::FileLayer;
@@ -201,6 +202,7 @@ nlohmann::json toJson(const ObjectScores& scores) {
   return {{"strict", toJson(scores.strict)},
           {"relaxed", toJson(scores.relaxed)},
           {"iou", scores.iou},
+          {"center_error_m", scores.center_error_m},
           {"num_objects", scores.num_objects},
           {"num_true", scores.num_true},
           {"num_kept", scores.num_kept},
@@ -230,9 +232,11 @@ void print(ScoreMode mode, const ObjectScores& scores) {
   printLine("strict", scores.strict);
   printLine("relaxed", scores.relaxed);
   std::printf(
-      "  IoU %.3f, of %zu true things; kept %zu of %zu objects; %zu for tasks that nothing "
-      "serves\n",
-      scores.iou, scores.num_true, scores.num_kept, scores.num_objects, countFalse(scores));
+      "  IoU %.3f, of %zu true things; middles off by %.3f m (median); kept %zu of %zu objects; "
+      "%zu "
+      "for tasks that nothing serves\n",
+      scores.iou, scores.num_true, scores.center_error_m, scores.num_kept, scores.num_objects,
+      countFalse(scores));
 }
 
 /// How often objects of a cosine are right.
@@ -311,6 +315,20 @@ nlohmann::json reportClasses(const Arguments& arguments, const std::vector<FileO
           {"recalls", scores.recalls}};
 }
 
+nlohmann::json reportMesh(const std::string& map_mesh, const std::string& true_mesh) {
+  const evaluation::MeshScores scores = evaluation::computeMeshScores(
+      evaluation::loadMesh(map_mesh), evaluation::loadMesh(true_mesh));
+  std::printf(
+      "\nmesh\n  %zu vertices: off the true surfaces by %.3f m (mean), %.3f m (root mean square), "
+      "%.3f m (95 %%); %.3f of them by 0.05 m at most\n",
+      scores.num_vertices, scores.mean_m, scores.rms_m, scores.percentile95_m, scores.right);
+  return {{"num_vertices", scores.num_vertices},
+          {"mean_m", scores.mean_m},
+          {"rms_m", scores.rms_m},
+          {"percentile95_m", scores.percentile95_m},
+          {"right", scores.right}};
+}
+
 void run(const Arguments& arguments) {
   const auto truth = evaluation::loadObjectTruth(arguments.truth, arguments.extent);
   const auto tasks = pickEmbeddings(readTasks(arguments), truth, arguments.tasks);
@@ -335,6 +353,8 @@ void run(const Arguments& arguments) {
   if (!arguments.labels.empty()) all["classes"] = reportClasses(arguments, read.objects, tasks);
   if (!arguments.true_mesh.empty()) {
     all["goals"] = tools::reportGoals({arguments.map, arguments.true_mesh}, truth, estimates);
+    const fs::path mesh = fs::path(arguments.map) / "mesh.ply";
+    if (fs::exists(mesh)) all["mesh"] = reportMesh(mesh.string(), arguments.true_mesh);
   }
   if (arguments.json.empty()) return;
   writeFileAtomically(arguments.json, [&](std::ostream& out) { out << all.dump(1) << '\n'; });

@@ -55,7 +55,10 @@ struct TaskCounts {
 struct ObjectScores {
   DetectionScores strict;
   DetectionScores relaxed;
-  double iou = 0.0;             ///< sum over the tasks over `num_true`
+  double iou = 0.0;  ///< sum over the tasks over `num_true`
+  /// Of the things whose task has an object at all: how far the nearest of the n objects of highest
+  /// cosine is from the thing, middle to middle; the median. 0 if there is none.
+  double center_error_m = 0.0;
   std::size_t num_objects = 0;  ///< all estimates
   std::size_t num_true = 0;     ///< denominator of recall and IoU
   std::size_t num_kept = 0;     ///< denominator of precision

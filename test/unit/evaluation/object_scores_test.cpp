@@ -263,5 +263,16 @@ TEST_P(RandomWorld, TurningAllBoxesDoesNotMatterToThePaper) {
 
 INSTANTIATE_TEST_SUITE_P(ObjectScores, RandomWorld, testing::Range(0, 20));
 
+TEST(ObjectScores, CenterErrorIsOfTheNearestOfATasksObjects) {
+  const std::vector<TaskTruth> truth{{"cup", {makeBox({0, 0, 0}), makeBox({5, 0, 0})}},
+                                     {"pot", {makeBox({9, 0, 0})}}};
+  const std::vector<Estimate> estimates{makeEstimate(makeBox({0, 0.1, 0}), {0.3, 0.1}),
+                                        makeEstimate(makeBox({5, 0, 0.4}), {0.3, 0.1}),
+                                        makeEstimate(makeBox({9, 3, 0}), {0.1, 0.3})};
+  const auto scores = computeObjectScores(truth, estimates, ScoreMode::kPaper);
+  EXPECT_NEAR(scores.center_error_m, 0.4, kTolerance) << "median of 0.1, 0.4 and 3";
+  EXPECT_EQ(computeObjectScores(truth, {}, ScoreMode::kPaper).center_error_m, 0.0);
+}
+
 }  // namespace
 }  // namespace tsg::evaluation
