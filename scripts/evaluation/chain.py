@@ -47,7 +47,10 @@ def process_bag(run, recording, tasks, config, target, program="process_bag"):
 
 
 def cluster(run, base, tasks, options, target):
-    """The objects that the primitives of a map make at once, as a folder with a scene graph alone."""
+    """The objects that the primitives of a map make at once, as a folder with a scene graph alone.
+    Neighbours are those of the chain (object_reach), unless the options say otherwise."""
+    if "--reach" not in options:
+        options = ["--reach", methods.REACH] + options
     if not os.path.exists(os.path.join(target, "done.json")):
         os.makedirs(target, exist_ok=True)
         started = time.monotonic()

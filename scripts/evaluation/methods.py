@@ -9,6 +9,7 @@ import collections
 Method = collections.namedtuple("Method", "name front_end layer filtered text")
 
 ALPHA = 0.23  # of the paper, for ViT-L/14
+REACH = "0.1"  # of the chain; the paper has none
 
 # program: with --bag and --output. config: what --config holds, None where the program has no such
 # option. uses_tasks: whether the layers that are scored depend on the tasks. base: of a map that is
@@ -19,6 +20,7 @@ PAPER = {
     "tracker": {"adapt_cosine": False, "max_range_m": 4.0},
     "mesh_fusion": {"reconstruction": {"max_range_m": 4.0, "min_object_share": 0.5,
                                        "min_part_share": 0.0}},
+    "scene_graph": {"object_reach": 0.0},
 }
 KHRONOS = {"preset": "khronos", "min_observations": 5, "max_range_m": 4.0}
 FRONT_ENDS = {

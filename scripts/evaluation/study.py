@@ -28,7 +28,7 @@ PARAMETERS = [
               option("delta", "--normaliser", "size_invariant"), None),
     Parameter("top_k", [1, 2, 3, 5, 10], 2, option("top-k"), None),
     Parameter("prior", ["uniform", "marginal"], "uniform", option("prior"), None),
-    Parameter("reach", [0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4], 0.0, option("reach"), None),
+    Parameter("reach", [0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4], 0.1, option("reach"), None),
     Parameter("min_cosine", [0.7, 0.8, 0.85, 0.9, 0.95], None, None,
               tracker("min_cosine", adapt_cosine=False)),
     Parameter("min_iou", [0.2, 0.4, 0.6, 0.8], 0.6, None, tracker("min_iou")),

@@ -95,7 +95,7 @@ void ObjectLayer::cluster(const ObjectPrimitive& primitive) {
   const bool is_clustered = clustering_->contains(key);
   if (hasDirection(primitive.embedding)) {
     embedding_size_ = primitive.embedding.size();
-    const Aabb box = bottleneck::extendByReach(primitive.box, config_.object_reach);
+    const Aabb box = bottleneck::extendUpAndDown(primitive.box, config_.object_reach);
     // Shared with the primitive, not copied.
     std::shared_ptr<const Embedding> embedding(primitives_.at(key), &primitive.embedding);
     if (is_clustered) {

@@ -68,9 +68,8 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
       "prior", options::value(&prior), "uniform or marginal (default uniform)")(
       "normaliser", options::value(&normaliser), "paper or size_invariant (default paper)")(
       "reach", options::value(&arguments.reach),
-      "primitives are neighbours where their boxes, each face moved out by this share of its "
-      "middle "
-      "side, overlap (default 0)")(
+      "primitives are neighbours where their boxes overlap, each as much higher and deeper as this "
+      "share of its middle side (default 0, as in the paper; the chain's object_reach is 0.1)")(
       "tape", tools::pathOption(arguments.tape),
       "file to write I(X;Y), the accepted merges and the partition to (JSON)")(
       "models", tools::pathOption(arguments.models),
@@ -117,7 +116,7 @@ bottleneck::IncrementalClustering makeClustering(const Arguments& arguments,
   for (const scene_graph::FilePrimitive& primitive : graph.primitives()) {
     try {
       clustering.insert(primitive.id, primitive.embedding,
-                        bottleneck::extendByReach(primitive.box, arguments.reach));
+                        bottleneck::extendUpAndDown(primitive.box, arguments.reach));
     } catch (const std::invalid_argument& e) {
       throw std::invalid_argument("scene graph '" + arguments.input + "': node " +
                                   scene_graph::describeNode(primitive.id) + ": " + e.what());

@@ -216,19 +216,22 @@ class ClusterSceneGraph(unittest.TestCase):
         tape, _ = self.cluster(graph, *options)
         self.assert_tape(tape, cluster(graph, self.tasks, alpha=0.4, k=3, delta=0.02))
 
-    def test_reach_joins_what_is_near_for_its_size(self):
+    def test_reach_joins_what_stands_on_each_other_with_a_gap_small_for_its_size(self):
         version = (1, 1, 3)
-        segments = json.loads(json.dumps(self.make_segments(1, version) * 4))
-        # A gap of 0.2 m, between boxes of 1 m and between such of 0.2 m.
-        for segment, x, side in zip(segments, (0.0, 1.2, 50.0, 50.4), (1.0, 1.0, 0.2, 0.2)):
+        segments = json.loads(json.dumps(self.make_segments(1, version) * 6))
+        # A gap of 0.2 m above boxes of 1 m, above such of 0.2 m, and beside boxes of 1 m.
+        boxes = (([0, 0, 0.0], 1.0), ([0, 0, 1.2], 1.0), ([50, 0, 0.0], 0.2), ([50, 0, 0.4], 0.2),
+                 ([90, 0, 0.0], 1.0), ([91.2, 0, 0.0], 1.0))
+        for segment, (center, side) in zip(segments, boxes):
             segment["semantic_feature"]["data"] = [float(v) for v in self.tasks[0]]
-            segment["bounding_box"].update(world_P_center=[x, 0.0, 0.0], dimensions=[side] * 3)
+            segment["bounding_box"].update(world_P_center=[float(v) for v in center],
+                                           dimensions=[side] * 3)
         graph = make_graph(segments, version)
-        self.assertEqual([len(c) for c in self.cluster(graph)[0]["clusters"]], [1, 1, 1, 1])
+        self.assertEqual([len(c) for c in self.cluster(graph)[0]["clusters"]], [1] * 6)
         tape, out = self.cluster(graph, "--reach", "0.15")
-        self.assertEqual([len(c) for c in tape["clusters"]], [2, 1, 1])
+        self.assertEqual([len(c) for c in tape["clusters"]], [2, 1, 1, 1, 1])
         box = [n for n in out["nodes"] if n["layer"] == 2][0]["attributes"]["bounding_box"]
-        self.assertTrue(np.allclose(box["dimensions"], [2.2, 1.0, 1.0]))  # not as far as they reach
+        self.assertTrue(np.allclose(box["dimensions"], [1.0, 1.0, 2.2]))  # not as far as they reach
         self.assertEqual(self.run_program(graph, "--reach", "-1").returncode, 2)
 
     def test_size_invariant_clusters_do_not_drift_as_the_map_grows(self):

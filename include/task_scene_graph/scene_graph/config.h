@@ -20,7 +20,7 @@ struct SceneGraphConfig {
   int object_top_k = 2;
   bottleneck::Normaliser object_normaliser = bottleneck::Normaliser::kPaper;
   double object_delta_bits = 0.03;
-  double object_reach = 0.0;  ///< as the paper; see bottleneck::extendByReach()
+  double object_reach = 0.1;  ///< deviation: 0 in the paper; see bottleneck::extendUpAndDown()
   /// deviation: 0 in the paper's experiments, 0.21 in the authors' published configuration; with 0
   /// no place is ever irrelevant to all tasks, so corridors get the name of some task.
   double place_alpha = 0.21;
@@ -70,8 +70,8 @@ struct SceneGraphConfig {
             "half the bits that one merge of objects may lose; 0: no merge, 1: all neighbours "
             "(object_normaliser: size_invariant)");
     v.field("object_reach", self.object_reach, {0.0, 1.0}, "",
-            "object primitives are neighbours where their boxes, each face moved out by this share "
-            "of its box's middle side, overlap");
+            "object primitives are neighbours where their boxes overlap, each as much higher and "
+            "deeper as this share of its middle side");
     v.field("place_alpha", self.place_alpha, {0.0, 1.0}, "",
             "cosine below which a place is irrelevant to a place task; a region below it has no "
             "name");

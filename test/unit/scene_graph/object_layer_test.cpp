@@ -50,7 +50,7 @@ std::vector<Ids> clusterDirectly(const SceneGraphConfig& config, const TaskList&
   for (const auto& primitive : primitives) {
     if (primitive->embedding.size() == 0) continue;
     clustering.insert(primitive->id.value, primitive->embedding,
-                      bottleneck::extendByReach(primitive->box, config.object_reach));
+                      bottleneck::extendUpAndDown(primitive->box, config.object_reach));
     embeddings[primitive->id.value] = primitive->embedding;
   }
   std::vector<Ids> published;
@@ -79,9 +79,16 @@ INSTANTIATE_TEST_SUITE_P(Seeds, RandomObjects, ::testing::Range(1U, 9U));
 
 TEST_P(RandomObjects, FollowTheReachOfTheirPrimitivesWhenItIsTurned) {
   const TaskList& tasks = world_.tasks();
-  // Far apart, so that it matters.
-  const Primitives primitives = world_.makePrimitives(120, 14.0, 1);
+  Primitives primitives;  // far apart, and above each one like it with a gap
+  for (const auto& given : world_.makePrimitives(60, 14.0, 1)) {
+    primitives.push_back(given);
+    auto above = std::make_shared<ObjectPrimitive>(*given);
+    above->id.value += 1000;
+    above->box.translate(Eigen::Vector3d(0.0, 0.0, 1.2 * given->box.sizes().z()));
+    primitives.push_back(above);
+  }
   SceneGraphConfig config;
+  config.object_reach = 0.0;
   ObjectLayer layer(config);
   layer.setTasks(tasks);
   layer.add(primitives);
@@ -92,7 +99,8 @@ TEST_P(RandomObjects, FollowTheReachOfTheirPrimitivesWhenItIsTurned) {
   const auto reaching = listMembers(layer.computeObjects());
   EXPECT_EQ(reaching, clusterDirectly(config, tasks, primitives));
   EXPECT_LT(reaching.size(), before.size());
-  layer.setConfig({});
+  config.object_reach = 0.0;
+  layer.setConfig(config);
   EXPECT_EQ(listMembers(layer.computeObjects()), before);
 }
 
@@ -236,6 +244,7 @@ TEST_P(RandomObjects, AreGroupsOfOverlappingBoxesForDeltaOne) {
     primitives.push_back(primitive);
   }
   SceneGraphConfig config;
+  config.object_reach = 0.0;
   config.object_delta = 1.0;
   std::vector<Ids> expected;
   for (const auto& group : findComponents(primitives.size(), [&](std::size_t i, std::size_t j) {
