@@ -22,7 +22,7 @@ PAPER = {
                                        "min_part_share": 0.0}},
     "scene_graph": {"object_reach": 0.0},
 }
-KHRONOS = {"preset": "khronos", "min_observations": 5, "max_range_m": 4.0}
+KHRONOS = {"preset": "khronos", "adapt_cosine": False, "min_observations": 5, "max_range_m": 4.0}
 FRONT_ENDS = {
     "default": FrontEnd("process_bag", {}, True, None),
     "batch": FrontEnd("cluster_scene_graph", None, True, "default"),

@@ -109,7 +109,7 @@ class ViewCosine {
  public:
   static constexpr std::uint64_t kLeastPairs = 30;  ///< with fewer nothing is known
   static constexpr double kLeastIou = 0.7;          ///< of a pair that geometry settles
-  static constexpr double kLeastCosine = 0.7;       ///< what is learned is never lower: khronos'
+  static constexpr double kLeastCosine = 0.4;       ///< what is learned is never lower
 
   void add(double cosine) { cosines_.add(cosine); }
   /// `configured`, or what was learned if that is lower.

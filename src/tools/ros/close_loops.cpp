@@ -29,6 +29,7 @@ struct Arguments {
   std::string output;
   std::string list;
   std::string truth;
+  int passes = 2;
   loops::LoopConfig loops;
   tools::InputOptions input;
 };
@@ -57,11 +58,16 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
                                      "tried for each place (5)")(
       "min-overlap", options::value(&loops.min_overlap), "share of points that must fit (0.3)")(
       "min-eigenvalue", options::value(&loops.min_eigenvalue),
-      "clouds that fix a motion less are refused (0.002)");
+      "clouds that fix a motion less are refused (0.002)")(
+      "passes", options::value(&arguments.passes),
+      "from the second on, the result of the one before takes odometry's place (2)");
   options::options_description input("input: as process_bag's");
   arguments.input.addTo(input);
   description.add(input);
   if (!tools::parseOptions(argc, argv, description)) return std::nullopt;
+  if (arguments.passes < 1 || arguments.passes > 10) {
+    throw options::error("--passes is " + std::to_string(arguments.passes) + ", expected 1 to 10");
+  }
   for (auto& bag : arguments.bags) bag = expandPath(bag).string();
   return arguments;
 }
@@ -139,36 +145,58 @@ void printOutcomes(const loops::LoopCloser& closer) {
   for (const auto& [text, count] : counts) std::cout << "  " << count << ": " << text << '\n';
 }
 
+/// A pass over the whole walk.
+struct Pass {
+  loops::LoopCloser closer;
+  Trajectory poses;  ///< as given: odometry, or what the pass before made of it
+};
+
+/// @param former  poses in odometry's place; null: the bag's
+Pass closeLoops(ros_interface::RgbdBag& bag, const Arguments& arguments,
+                const std::string& world_frame, const Trajectory* former) {
+  Pass pass{loops::LoopCloser(world_frame, loops::makeLoopCloserConfig(arguments.loops)), {}};
+  bag.forEachFrame(
+      [&](const RgbdFramePtr& frame, const SegmentationPtr& recorded) {
+        RgbdFrame moved = *frame;
+        if (former != nullptr) moved.T_world_camera = former->poses().at(frame->stamp.ns);
+        pass.closer.add(moved, recorded);
+        pass.poses.add(moved.stamp, moved.T_world_camera);
+        return true;
+      },
+      [](std::size_t) {});
+  pass.closer.finish();
+  return pass;
+}
+
+Trajectory computeCorrected(const Pass& pass) {
+  const auto correction =
+      trajectory::computeCorrection(pass.closer.keyframes(), pass.closer.correctedKeyframes());
+  return trajectory::applyCorrection(correction, pass.closer.keyframes(), pass.poses);
+}
+
 void run(const Arguments& arguments) {
   const ros_interface::InputConfig input = loadInput(arguments);
   for (const std::string& path : {arguments.output, arguments.list}) requireNoFolder(path);
   std::optional<Trajectory> truth;
   if (!arguments.truth.empty()) truth = loadTumTrajectory(arguments.truth);
   ros_interface::RgbdBag bag(arguments.bags, input, true);
-  loops::LoopCloser closer(input.world_frame, loops::makeLoopCloserConfig(arguments.loops));
-  Trajectory odometry;
-  bag.forEachFrame(
-      [&](const RgbdFramePtr& frame, const SegmentationPtr& recorded) {
-        closer.add(*frame, recorded);
-        odometry.add(frame->stamp, frame->T_world_camera);
-        return true;
-      },
-      [](std::size_t) {});
-  closer.finish();
+  Pass pass = closeLoops(bag, arguments, input.world_frame, nullptr);
   for (const auto& [reason, drops] : bag.drops()) {
     std::cerr << "dropped " << drops.count << " (" << reason << "): " << drops.example << "\n";
   }
-  if (odometry.isEmpty()) {
+  if (pass.poses.isEmpty()) {
     throw std::runtime_error("nothing was written: none of " +
                              std::to_string(bag.numColorImages()) + " colour images could be used");
   }
-  const auto correction =
-      trajectory::computeCorrection(closer.keyframes(), closer.correctedKeyframes());
-  const Trajectory corrected =
-      trajectory::applyCorrection(correction, closer.keyframes(), odometry);
-  printOutcomes(closer);
+  const Trajectory odometry = pass.poses;
+  Trajectory corrected = computeCorrected(pass);
+  for (int i = 1; i < arguments.passes; ++i) {
+    pass = closeLoops(bag, arguments, input.world_frame, &corrected);
+    corrected = computeCorrected(pass);
+  }
+  printOutcomes(pass.closer);
   if (truth) printError(*truth, odometry, corrected);
-  std::cout << describeWritten({}, writeFiles(arguments, closer, corrected)) << '\n';
+  std::cout << describeWritten({}, writeFiles(arguments, pass.closer, corrected)) << '\n';
 }
 
 }  // namespace

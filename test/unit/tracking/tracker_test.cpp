@@ -188,7 +188,7 @@ TEST(ViewCosine, DifferentThingsAmongThePairsCountLittle) {
   EXPECT_LT(limit, 0.87);
 }
 
-TEST(ViewCosine, LimitIsNeverBelowThatOfKhronos) {
+TEST(ViewCosine, LimitIsNeverBelowAFloor) {
   EXPECT_EQ(learnLimit([](int i) { return i % 2 == 0 ? 0.1 : 0.6; }, 100),
             ViewCosine::kLeastCosine);
 }
