@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -343,6 +344,18 @@ MapAlignment alignMaps(const map::Map& a, const map::Map& b) {
   requireEnough(best, result);
   requireOneAnswer(estimates, best, result);
   return result;
+}
+
+std::string toText(const MapAlignment& alignment) {
+  const Eigen::Vector3d t = alignment.T_a_b.translation();
+  const Eigen::Quaterniond q(alignment.T_a_b.linear());
+  std::ostringstream text;
+  text << alignment.num_agreeing << " of " << alignment.num_tried
+       << " pairs of places (surfaces overlap by " << alignment.overlap << ", "
+       << alignment.num_there << " of " << alignment.num_things
+       << " things are in both) say: --transform " << t.x() << ' ' << t.y() << ' ' << t.z() << ' '
+       << q.x() << ' ' << q.y() << ' ' << q.z() << ' ' << q.w();
+  return text.str();
 }
 
 }  // namespace tsg::loops

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "task_scene_graph/core/scratch_folder.h"
+#include "task_scene_graph/loops/map_alignment.h"
 #include "task_scene_graph/map/merge.h"
 #include "task_scene_graph/map/settings.h"
 #include "task_scene_graph/ros/geometry_conversions.h"
@@ -264,8 +265,8 @@ bool MapServices::serveMerge(msg::MergeMapRequest& request, msg::MergeMapRespons
     const AtEnd end([&] {
       if (!was_paused) callbacks_.setPaused(false);
     });
-    merge(request, response);
-    response.message = describeNow();
+    const std::string how = merge(request);
+    response.message = describeNow() + (how.empty() ? "" : "; " + how);
     response.success = 1;
     ROS_INFO_STREAM("[" << options_.name << "] merged with '" << request.folder
                         << "': " << response.message);
@@ -277,8 +278,12 @@ bool MapServices::serveMerge(msg::MergeMapRequest& request, msg::MergeMapRespons
   return true;
 }
 
-/// Through files: the map of now is in two processes, or may be.
-void MapServices::merge(const msg::MergeMapRequest& request, msg::MergeMapResponse&) {
+/// Through files: the map of now is in two processes, or may be. Returns how the transform was
+/// found, if it was looked for.
+std::string MapServices::merge(const msg::MergeMapRequest& request) {
+  if (request.align != 0 && request.has_transform != 0) {
+    throw std::invalid_argument("align and has_transform are both set, expected one of them");
+  }
   map::readManifest(expandPath(request.folder));
   const ScratchFolder scratch;
   auto flushed =
@@ -289,18 +294,20 @@ void MapServices::merge(const msg::MergeMapRequest& request, msg::MergeMapRespon
     throw std::runtime_error("the map of now is not complete: " + flushed.missing.front());
   }
   const fs::path merged = scratch.path() / "merged";
-  map::writeMap(merged, mergeFiles(request, current));
+  std::string how;
+  map::writeMap(merged, mergeFiles(request, current, how));
   msg::LoadMapRequest load_request;
   load_request.folder = merged.string();
   msg::LoadMapResponse load_response;
   load(load_request, load_response);
+  return how;
 }
 
-map::Map MapServices::mergeFiles(const msg::MergeMapRequest& request,
-                                 const fs::path& current) const {
+map::Map MapServices::mergeFiles(const msg::MergeMapRequest& request, const fs::path& current,
+                                 std::string& how) const {
   map::MergeOptions options;
-  options.is_transform_given = request.has_transform != 0;
-  if (options.is_transform_given) options.T_a_b = ros_interface::toPose(request.transform);
+  options.is_transform_given = request.has_transform != 0 || request.align != 0;
+  if (request.has_transform != 0) options.T_a_b = ros_interface::toPose(request.transform);
   options.name_b = request.folder;
   map::LoadedMap now = map::loadMap(current);
   options.places = map::readSettings<places::PlacesConfig>(current, "mesh_fusion", "places");
@@ -309,6 +316,11 @@ map::Map MapServices::mergeFiles(const msg::MergeMapRequest& request,
   use.embedding_size = now.map.embeddingSize();
   if (!options.is_transform_given) use.world_frame = options_.world_frame;
   const map::LoadedMap other = map::loadMap(expandPath(request.folder), use);
+  if (request.align != 0) {
+    const loops::MapAlignment found = loops::alignMaps(now.map, other.map);
+    options.T_a_b = found.T_a_b;
+    how = loops::toText(found);
+  }
   return map::mergeMaps(now.map, other.map, options);
 }
 

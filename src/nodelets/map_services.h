@@ -80,9 +80,9 @@ class MapServices {
   void loadStage(const std::string& stage, const std::filesystem::path& folder,
                  msg::LoadMapResponse& response) const;
   void restore(const map::Map& map, bool with_tasks) const;
-  void merge(const msg::MergeMapRequest& request, msg::MergeMapResponse& response);
-  map::Map mergeFiles(const msg::MergeMapRequest& request,
-                      const std::filesystem::path& current) const;
+  std::string merge(const msg::MergeMapRequest& request);
+  map::Map mergeFiles(const msg::MergeMapRequest& request, const std::filesystem::path& current,
+                      std::string& how) const;
   std::string describeNow() const;
 
   Options options_;

@@ -67,13 +67,7 @@ Pose toPose(const std::vector<double>& numbers) {
 
 Pose findTransform(const map::Map& a, const map::Map& b) {
   const loops::MapAlignment found = loops::alignMaps(a, b);
-  const Eigen::Vector3d t = found.T_a_b.translation();
-  const Eigen::Quaterniond q(found.T_a_b.linear());
-  std::cout << found.num_agreeing << " of " << found.num_tried
-            << " pairs of places (surfaces overlap by " << found.overlap << ", " << found.num_there
-            << " of " << found.num_things << " things are in both) say: --transform " << t.x()
-            << ' ' << t.y() << ' ' << t.z() << ' ' << q.x() << ' ' << q.y() << ' ' << q.z() << ' '
-            << q.w() << std::endl;
+  std::cout << loops::toText(found) << std::endl;
   return found.T_a_b;
 }
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Two maps of one apartment in different coordinates become one without anybody saying how they lie."""
+import json
 import math
 import pathlib
 import re
@@ -7,6 +8,7 @@ import tempfile
 import unittest
 
 from map_folders import run, run_well
+from ros_session import PROGRAMS, Session, wait_until
 
 TURN = 2.2  # of the second map's coordinates, about the vertical
 SHIFT = (7.0, -12.0, 0.3)
@@ -80,6 +82,34 @@ class MergeAlign(unittest.TestCase):
         self.assertNotEqual(done.returncode, 0)
         self.assertIn("maps not aligned", done.stderr)
         self.assertFalse((self.folder / "wrong").exists())
+
+    def test_the_running_chain_finds_it_too(self):
+        session = Session(self.folder)
+        self.addCleanup(session.close)
+        service = "/task_scene_graph/scene_graph/"
+        for what in ("object_tasks", "place_tasks"):
+            session.run("rosparam", "set", service + what, self.folder / ("walk1.%s.yaml" % what))
+        session.start([PROGRAMS / "chain_node", "--recorded-segmentation", "__ns:=/task_scene_graph",
+                       "__name:=manager"], "chain")
+
+        def call(name, **request):
+            done = session.run("rosservice", "call", service + name, json.dumps(request))
+            return done.stdout + done.stderr
+
+        wait_until(lambda: "load_map" in session.run("rosservice", "list").stdout, "the chain's services")
+        loaded = call("load_map", folder=str(self.folder / "first"))
+        self.assertIn("success: True", loaded)
+        refused = call("merge_map", folder=str(self.folder / "other"), align=True)
+        self.assertIn("success: False", refused)
+        self.assertIn("maps not aligned", refused)
+        refused = call("merge_map", folder=str(self.folder / "second"), align=True, has_transform=True)
+        self.assertIn("expected one of them", refused)
+        merged = call("merge_map", folder=str(self.folder / "second"), align=True)
+        self.assertIn("success: True", merged)
+        self.assertRegex(" ".join(merged.split()), r"things are in both\) say: --transform")
+        done = self.merge("first", "second", "offline", "--align")
+        counted = [int(re.search(r"(\d+) objects?", text).group(1)) for text in (merged, done.stdout)]
+        self.assertEqual(counted[0], counted[1])
 
     def test_one_way_of_saying_it_is_enough(self):
         done = self.merge("first", "second", "both", "--align", "--transform", *"0000001")

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 
 #include "task_scene_graph/map/map.h"
 
@@ -31,5 +32,8 @@ struct MapAlignment {
 /// @throws std::runtime_error saying what was found and what was expected, also where a map has no
 /// trajectory or no mesh.
 MapAlignment alignMaps(const map::Map& a, const map::Map& b);
+
+/// How many said so, and the transform as `X Y Z QX QY QZ QW`.
+std::string toText(const MapAlignment& alignment);
 
 }  // namespace tsg::loops
