@@ -36,8 +36,8 @@ def parse_arguments():
     parser.add_argument("--worlds", nargs="*", choices=worlds.KINDS, help="not the suite's")
     parser.add_argument("--seeds", type=int, nargs="*", help="of the worlds, not the suite's")
     parser.add_argument("--levels", nargs="+", choices=worlds.LEVELS, help="not the suite's")
-    parser.add_argument("--methods", nargs="+", default=[m.name for m in methods.METHODS],
-                        help="rows of the table (all): " +
+    parser.add_argument("--methods", nargs="+", default=methods.find_default_names(),
+                        help="rows of the table (all but clio_online, which takes as long as the walk): " +
                              "; ".join(f"{m.name}: {m.text}" for m in methods.METHODS))
     parser.add_argument("--study", action="store_true",
                         help="not methods but parameters, one at a time around the defaults: study.md, "
@@ -78,7 +78,8 @@ def score_list(run, recording, number, level, arguments):
                                 methods.ALPHA if method.filtered else None)
         results.write(path, {"world": tasks.world, "level": level, "recording": recording.name,
                              "method": method.name, "scores": scores,
-                             "ms_per_frame": chain.read_time_per_frame(map_folder)})
+                             "ms_per_frame": chain.read_time_per_frame(map_folder),
+                             "frames": chain.read_frames(map_folder)})
         strict = scores["paper"]["strict"]
         say(f"{tasks.world}, {recording.name} {method.name}: strict F1 {strict['f1']:.3f} "
             f"(osR {strict['recall']:.3f}, osP {strict['precision']:.3f})")

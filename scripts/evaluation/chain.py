@@ -5,7 +5,7 @@ import os
 import subprocess
 import time
 
-from . import methods, results
+from . import live, methods, results
 
 PROGRAMS = os.path.join("devel", "lib", "task_scene_graph")
 
@@ -67,6 +67,8 @@ def make_map(run, recording, tasks, name, folder):
     if front_end.base is not None:
         base = make_map(run, recording, tasks, front_end.base, folder)
         return cluster(run, base, tasks, [], target)
+    if front_end.program == "roslaunch":
+        return live.make_map(run.root, run.log, recording, tasks, front_end.config, target)
     return process_bag(run, recording, tasks, front_end.config, target, front_end.program)
 
 
@@ -79,6 +81,13 @@ def read_time_per_frame(folder):
         return total_ms / stages["tracking"]["frames"]
     except (OSError, ValueError, KeyError, ZeroDivisionError):
         return None
+
+
+def read_frames(folder):
+    """(in the map, in the recording) of a map made live; None of others."""
+    with open(os.path.join(folder, "done.json"), encoding="utf-8") as file:
+        done = json.load(file)
+    return (done["frames_in_map"], done["frames"]) if "frames" in done else None
 
 
 def evaluate(run, recording, tasks, map_folder, scores, layer="objects", min_cosine=None):

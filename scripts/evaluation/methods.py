@@ -11,7 +11,7 @@ Method = collections.namedtuple("Method", "name front_end layer filtered text")
 ALPHA = 0.23  # of the paper, for ViT-L/14
 REACH = "0.1"  # of the chain; the paper has none
 
-# program: with --bag and --output. config: what --config holds, None where the program has no such
+# program: with --bag and --output; roslaunch: see live.py. config: what --config holds, None where the program has no such
 # option. uses_tasks: whether the layers that are scored depend on the tasks. base: of a map that is
 # made of another one's primitives, that one. Thresholds: [Clio24, Sec. V-A] and the released
 # configurations.
@@ -25,6 +25,7 @@ PAPER = {
 KHRONOS = {"preset": "khronos", "adapt_cosine": False, "min_observations": 5, "max_range_m": 4.0}
 FRONT_ENDS = {
     "default": FrontEnd("process_bag", {}, True, None),
+    "online": FrontEnd("roslaunch", {}, True, None),
     "batch": FrontEnd("cluster_scene_graph", None, True, "default"),
     "paper": FrontEnd("process_bag", PAPER, True, None),
     "khronos": FrontEnd("process_bag", dict(PAPER, tracker=KHRONOS), False, None),
@@ -33,6 +34,7 @@ FRONT_ENDS = {
 
 METHODS = [
     Method("clio", "default", "objects", False, "this package with its defaults"),
+    Method("clio_online", "online", "objects", False, "the live chain, at the recording's own pace"),
     Method("clio_batch", "batch", "objects", True, "its primitives, clustered at once at the end"),
     Method("primitives", "default", "segments", False, "its primitives, not clustered"),
     Method("clio_paper", "paper", "objects", False, "the paper's thresholds"),
@@ -42,6 +44,11 @@ METHODS = [
     Method("cg", "concept_graphs", "objects", False, "ConceptGraphs"),
     Method("cg_task", "concept_graphs", "objects", True, "of its objects, those near a task"),
 ]
+
+
+def find_default_names():
+    """Those that need not wait for the recording to be played."""
+    return [method.name for method in METHODS if FRONT_ENDS[method.front_end].program != "roslaunch"]
 
 
 def find_named(things, names, kind):

@@ -97,6 +97,19 @@ def make_calibration_table(groups):
     return "\n".join(lines)
 
 
+def make_frames_table(results):
+    """What the live chain dropped; None where nothing was made live."""
+    lines = ["| world | segments | recording | method | frames | missing in the map |",
+             "|---|---|---|---|---|---|"]
+    for row in results:
+        if row.get("frames"):
+            used, recorded = row["frames"]
+            cells = [row["world"], row["level"], row["recording"], row["method"], str(recorded),
+                     str(recorded - used)]
+            lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines) if len(lines) > 2 else None
+
+
 def make_report(results, command):
     parts = ["# Objects against the truth", "", f"Made by `{command}`; mean ± sample deviation.", ""]
     groups = stored.group(results)
@@ -110,7 +123,8 @@ def make_report(results, command):
                            ("Going to things", make_part_table(groups, "goals", GOAL_COLUMNS)),
                            ("Classes of the mesh's vertices",
                             make_part_table(groups, "classes", CLASS_COLUMNS)),
-                           ("Share of right objects by cosine", make_calibration_table(groups))):
+                           ("Share of right objects by cosine", make_calibration_table(groups)),
+                           ("Frames of the live chain", make_frames_table(results))):
         if table is not None:
             parts += [f"## {heading}", "", table, ""]
     return "\n".join(parts)

@@ -221,7 +221,7 @@ class Benchmark(unittest.TestCase):
     def test_smoke_suite_makes_the_table_and_a_second_run_makes_nothing_anew(self):
         with tempfile.TemporaryDirectory() as folder:
             command = [os.path.join(SOURCE, "scripts", "benchmark"), "--output", folder, "--suite",
-                       "smoke", "--methods", "clio", "clio_batch", "khronos_task"]
+                       "smoke", "--methods", "clio", "clio_online", "clio_batch", "khronos_task"]
             done = run(*command)
             self.assertEqual(done.returncode, 0, done.stdout)
             with open(os.path.join(folder, "report.md"), encoding="utf-8") as file:
@@ -230,7 +230,12 @@ class Benchmark(unittest.TestCase):
             self.assertRegex(text, r"\| clio_batch \| [0-9.]+ ")
             self.assertRegex(text, r"\| khronos_task \| [0-9.]+ ")
             found = results.load_all(folder)
-            self.assertEqual([row["method"] for row in found], ["clio", "clio_batch", "khronos_task"])
+            self.assertEqual([row["method"] for row in found], ["clio", "clio_batch", "clio_online", "khronos_task"])
+            used, recorded = found[2]["frames"]
+            self.assertGreater(recorded, 50)
+            self.assertGreater(used, 0.5 * recorded)  # a busy machine may drop some
+            self.assertGreater(found[2]["scores"]["paper"]["num_objects"], 0)
+            self.assertIn("## Frames of the live chain", text)
             self.assertGreater(found[0]["scores"]["paper"]["num_objects"], 0)
             self.assertIn("regions", found[0]["scores"])
             self.assertGreater(found[0]["scores"]["classes"]["mean_accuracy"], 0.1)
