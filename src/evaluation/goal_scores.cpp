@@ -16,6 +16,9 @@ using planning::PlannerConfig;
 using planning::PlanRequest;
 using planning::PlanResult;
 
+/// How far a path of the map may lie above or below the true floor of the same storey.
+constexpr double kMaxOffFloor_m = 0.5;
+
 /// The upright box that holds a box, turned as far about z as its longest level side is.
 OrientedBox toUpright(const RotatedBox& box) {
   Eigen::Index longest = 0;
@@ -69,7 +72,7 @@ class TrueWays {
     double least_m = std::numeric_limits<double>::infinity();
     for (const planning::PathPoint& point : path.points) {
       const auto* cell = floor_.find(floor_.computeCell(point.position_m.head<2>()),
-                                     point.position_m.z(), config_.max_step_m);
+                                     point.position_m.z(), kMaxOffFloor_m);
       const bool is_free = cell != nullptr && cell->isFree();
       least_m = std::min(least_m, is_free ? static_cast<double>(cell->clearance_m) : 0.0);
     }

@@ -62,6 +62,11 @@ void forEachNext(const SpaceMap& space, const Column& column, const SpaceCell& c
       const Column beside{column.x + dx, column.y + dy};
       const SpaceCell* next = space.findFree(beside, level_m, tolerance_m);
       if (next != nullptr) visit(beside, *next);
+      if (!cell.is_axis) continue;
+      // ground that was seen beside the way, or under it, may be nearer than the way itself
+      space.forEachAxis(beside, level_m, tolerance_m, [&](const SpaceCell& axis) {
+        if (&axis != next) visit(beside, axis);
+      });
     }
     return;
   }

@@ -81,6 +81,19 @@ class SpaceMap {
   /// Of a column in this tile.
   static const SpaceCell* findFree(const SpaceTile& tile, const Column& column, double level_m,
                                    double tolerance_m);
+  /// Calls `visit(cell)` for the free cells of a column in which the middle of the body was, at
+  /// most `tolerance_m` away.
+  template <typename Visit>
+  void forEachAxis(const Column& column, double level_m, double tolerance_m, Visit visit) const {
+    const SpaceTile* tile = find(computeTile(column));
+    if (tile == nullptr) return;
+    const auto offset = static_cast<std::size_t>(computeOffset(column));
+    for (std::uint32_t i = tile->begin[offset]; i < tile->begin[offset + 1]; ++i) {
+      const SpaceCell& cell = tile->cells[i];
+      const double away_m = std::abs(static_cast<double>(cell.level_m) - level_m);
+      if (cell.is_free && cell.is_axis && away_m <= tolerance_m) visit(cell);
+    }
+  }
   /// How far the levels of neighbouring cells may differ.
   double maxStep() const { return isPlan() ? config_.max_step_m : 1.5 * voxel_size_m_; }
 

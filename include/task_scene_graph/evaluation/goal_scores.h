@@ -62,7 +62,8 @@ struct GoalScores {
 /// For each task with things: the estimate of highest cosine (the first among equals) is what the
 /// robot is sent to, by the map's own planner, as the service plan_path does. Right: the box holds
 /// the centre of one of the task's things or that thing its centre. Free: at every point of the
-/// path (planner.spacing_m apart) the true floor has the robot's radius less one cell of the map's
+/// path (planner.spacing_m apart) the true floor of that storey (at most 0.5 m above or below: on
+/// stairs the map knows the slope, not the steps) has the robot's radius less one cell of the map's
 /// ground plan. The true shortest way is the same planner's in the true floor, which looks at all
 /// of its cells, to the thing that the object stands for (of several the one of largest IoU).
 /// @param start_m  world; where the robot is

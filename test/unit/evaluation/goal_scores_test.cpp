@@ -88,6 +88,17 @@ TEST(GoalScores, AWayThroughAWallThatTheMapMissesIsNoSuccess) {
   EXPECT_EQ(scores.rows[0].least_clearance_m, 0.0);
 }
 
+TEST(GoalScores, AWayMayLieHalfAMetreAboveTheTrueFloorAndNotMore) {
+  const auto scoreRise = [](double rise) {  // the way ends 6.2 m on from the start
+    return score({makeBox(8.0, 1.0)}, {makeEstimate(makeBox(8.0, 1.0), only(0.3))},
+                 PlanLevel().addFloor(kExtent, -rise, rise), makeRoom());
+  };
+  EXPECT_EQ(scoreRise(0.07).success, 1.0);
+  const GoalScores above = scoreRise(0.1);
+  EXPECT_EQ(above.path, 1.0);
+  EXPECT_EQ(above.free, 0.0);
+}
+
 TEST(GoalScores, TheObjectOfHighestCosineIsGoneTo) {
   const std::vector<Estimate> estimates = {makeEstimate(makeBox(3.0, 5.0), only(0.31)),
                                            makeEstimate(makeBox(8.0, 1.0), only(0.30))};

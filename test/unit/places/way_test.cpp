@@ -2,8 +2,10 @@
 // The way of the body that carries the camera.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <random>
 
 #include "box_world.h"
 #include "layers.h"
@@ -97,23 +99,67 @@ TEST(Way, ThroughAGapTooNarrowForPlacesIsStillThere) {
   EXPECT_NEAR(narrowest_m, 0.2, 0.1);
 }
 
-TEST(Way, JoinsStoreysOverStairsThatNobodySaw) {
-  BoxWorld world;
-  world.addFloor(0, 0, 4, 4).addFloor(8, 0, 12, 4, 2.6);
+/// From a floor over stairs from x = 4 to 8 to the one 2.6 m above.
+std::vector<CameraPose> walkUp(double height_m = 2.6) {
   auto poses = test::walk({2, 2, kCameraHeight_m}, {4, 2, kCameraHeight_m});
   for (const auto& pose :
-       test::walk({4, 2, kCameraHeight_m}, {8, 2, kCameraHeight_m + 2.6}, 10.0)) {
+       test::walk({4, 2, kCameraHeight_m}, {8, 2, kCameraHeight_m + height_m}, 10.0)) {
     poses.push_back(pose);
   }
   for (const auto& pose :
-       test::walk({8, 2, kCameraHeight_m + 2.6}, {10, 2, kCameraHeight_m + 2.6}, 20.0)) {
+       test::walk({8, 2, kCameraHeight_m + height_m}, {10, 2, kCameraHeight_m + height_m}, 20.0)) {
     poses.push_back(pose);
   }
   for (std::size_t i = 1; i < poses.size(); ++i) {
     poses[i].stamp = Stamp::fromSeconds(1.0 + 0.1 * static_cast<double>(i));
   }
+  return poses;
+}
+
+TEST(Way, JoinsStoreysOverStairsThatNobodySaw) {
+  BoxWorld world;
+  world.addFloor(0, 0, 4, 4).addFloor(8, 0, 12, 4, 2.6);
   EXPECT_EQ(Walked(world, {}).numParts(), 2U);
-  EXPECT_EQ(Walked(world, poses).numParts(), 1U);
+  EXPECT_EQ(Walked(world, walkUp()).numParts(), 1U);
+}
+
+/// Whether a way leads from one position to another, from and to the places nearest to them.
+bool isJoined(const PlaceGraph& graph, const Eigen::Vector3d& a_m, const Eigen::Vector3d& b_m) {
+  const auto findNearest = [&](const Eigen::Vector3d& p_m) {
+    return std::min_element(graph.places.begin(), graph.places.end(),
+                            [&](const Place& a, const Place& b) {
+                              return (a.position_m - p_m).norm() < (b.position_m - p_m).norm();
+                            })
+        ->id;
+  };
+  const PlaceId a = findNearest(a_m);
+  const PlaceId b = findNearest(b_m);
+  const auto parts = findParts(graph);
+  return std::any_of(parts.begin(), parts.end(),
+                     [&](const auto& part) { return part.count(a) > 0 && part.count(b) > 0; });
+}
+
+TEST(Way, IsNotCutByGroundThatWasSeenBesideIt) {
+  // Stairs of which some treads were seen, each a little off the slope of the way.
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> draw_off(-0.35, 0.35);
+  for (int i = 0; i < 24; ++i) {
+    const double rise = 0.6 + 0.1 * (i % 6);
+    const double height_m = 4.0 * rise;
+    const int width = 1 + i % 3;
+    SCOPED_TRACE(i);
+    std::bernoulli_distribution is_seen(0.2 + 0.1 * (i % 8));
+    BoxWorld world;
+    world.addFloor(0, 0, 4, 4).addFloor(8, 0, 12, 4, height_m);
+    for (int tread = 0; tread < 40; tread += width) {
+      if (!is_seen(random)) continue;
+      const double x_m = 4.0 + 0.1 * tread;
+      const double z_m = 0.1 * rise * tread + draw_off(random);
+      world.add({x_m, 1.5, z_m - 0.3}, {x_m + 0.1 * width, 2.5, z_m});
+    }
+    const Walked walked(world, walkUp(height_m));
+    EXPECT_TRUE(isJoined(walked.extractor.graph(), {2, 2, 0}, {10, 2, height_m}));
+  }
 }
 
 TEST(Way, NeedsPosesThatFollowOneAnother) {
