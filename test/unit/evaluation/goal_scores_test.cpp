@@ -89,9 +89,11 @@ TEST(GoalScores, AWayThroughAWallThatTheMapMissesIsNoSuccess) {
 }
 
 TEST(GoalScores, AWayMayLieHalfAMetreAboveTheTrueFloorAndNotMore) {
-  const auto scoreRise = [](double rise) {  // the way ends 6.2 m on from the start
-    return score({makeBox(8.0, 1.0)}, {makeEstimate(makeBox(8.0, 1.0), only(0.3))},
-                 PlanLevel().addFloor(kExtent, -rise, rise), makeRoom());
+  RotatedBox box = makeBox(8.0, 1.0);
+  box.center_m.z() = 1.0;
+  const auto scoreRise = [&](double rise) {  // the way ends 6.2 m on from the start
+    return score({box}, {makeEstimate(box, only(0.3))}, PlanLevel().addFloor(kExtent, -rise, rise),
+                 makeRoom());
   };
   EXPECT_EQ(scoreRise(0.07).success, 1.0);
   const GoalScores above = scoreRise(0.1);
