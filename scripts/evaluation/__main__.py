@@ -75,7 +75,7 @@ def score_list(run, recording, number, level, arguments):
         os.makedirs(folder, exist_ok=True)
         scores = chain.evaluate(run, recording, tasks, map_folder,
                                 os.path.join(folder, f"{method.name}.scores.json"), method.layer,
-                                methods.ALPHA if method.filtered else None)
+                                method.keep)
         results.write(path, {"world": tasks.world, "level": level, "recording": recording.name,
                              "method": method.name, "scores": scores,
                              "ms_per_frame": chain.read_time_per_frame(map_folder),

@@ -90,12 +90,11 @@ def read_frames(folder):
     return (done["frames_in_map"], done["frames"]) if "frames" in done else None
 
 
-def evaluate(run, recording, tasks, map_folder, scores, layer="objects", min_cosine=None):
-    """Scores of a map, by all truth that the recording has for it; kept in the file `scores`."""
+def evaluate(run, recording, tasks, map_folder, scores, layer="objects", keep=()):
+    """Scores of a map, by all truth that the recording has for it; kept in the file `scores`.
+    keep: options that say which objects count."""
     command = ["evaluate_scene_graph", "--map", map_folder, "--truth", tasks.truth, "--tasks",
-               tasks.tasks, "--layer", layer, "--json", scores]
-    if min_cosine is not None:
-        command += ["--min-cosine", str(min_cosine)]
+               tasks.tasks, "--layer", layer, "--json", scores] + list(keep)
     has_floor = os.path.exists(os.path.join(map_folder, "floor_0.yaml"))
     if has_floor and os.path.exists(recording.rooms):
         command += ["--rooms", recording.rooms]

@@ -5,10 +5,12 @@ Methods that share a front end share its map: clio_prim and clio are two layers 
 import collections
 
 # name: of the row. front_end: key of FRONT_ENDS. layer: objects or segments.
-# filtered: objects whose best cosine is not above alpha are left out before scoring.
-Method = collections.namedtuple("Method", "name front_end layer filtered text")
+# keep: options of evaluate_scene_graph: which of them are scored.
+Method = collections.namedtuple("Method", "name front_end layer keep text")
 
 ALPHA = 0.23  # of the paper, for ViT-L/14
+NEAR = ("--min-cosine", str(ALPHA))  # those near a task
+NAMED = ("--named",)  # those that the clustering gave to a task
 REACH = "0.1"  # of the chain; the paper has none
 
 # program: with --bag and --output; roslaunch: see live.py. config: what --config holds, None where the program has no such
@@ -33,16 +35,16 @@ FRONT_ENDS = {
 }
 
 METHODS = [
-    Method("clio", "default", "objects", False, "this package with its defaults"),
-    Method("clio_online", "online", "objects", False, "the live chain, at the recording's own pace"),
-    Method("clio_batch", "batch", "objects", True, "its primitives, clustered at once at the end"),
-    Method("primitives", "default", "segments", False, "its primitives, not clustered"),
-    Method("clio_paper", "paper", "objects", False, "the paper's thresholds"),
-    Method("clio_prim", "paper", "segments", False, "these thresholds' primitives"),
-    Method("khronos", "khronos", "segments", False, "coarse tracks, no tasks"),
-    Method("khronos_task", "khronos", "segments", True, "of these, those near a task"),
-    Method("cg", "concept_graphs", "objects", False, "ConceptGraphs"),
-    Method("cg_task", "concept_graphs", "objects", True, "of its objects, those near a task"),
+    Method("clio", "default", "objects", (), "this package with its defaults"),
+    Method("clio_online", "online", "objects", (), "the live chain, at the recording's own pace"),
+    Method("clio_batch", "batch", "objects", NAMED, "its primitives, clustered at once at the end"),
+    Method("primitives", "default", "segments", (), "its primitives, not clustered"),
+    Method("clio_paper", "paper", "objects", (), "the paper's thresholds"),
+    Method("clio_prim", "paper", "segments", (), "these thresholds' primitives"),
+    Method("khronos", "khronos", "segments", (), "coarse tracks, no tasks"),
+    Method("khronos_task", "khronos", "segments", NEAR, "of these, those near a task"),
+    Method("cg", "concept_graphs", "objects", (), "ConceptGraphs"),
+    Method("cg_task", "concept_graphs", "objects", NEAR, "of its objects, those near a task"),
 ]
 
 

@@ -59,12 +59,11 @@ def score(run, recording, tasks, level, parameter, folder, say):
         if os.path.exists(path):
             continue
         made = make_map(run, recording, tasks.tasks, parameter, value, folder, base)
-        alpha = value if parameter.name == "alpha" else methods.ALPHA
         os.makedirs(os.path.dirname(path), exist_ok=True)
         # Only what a study tells is scored.
         bare = recording._replace(rooms="", mesh="")
         scores = chain.evaluate(run, bare, tasks._replace(labels=""), made,
-                                path.replace(".study.json", ".scores.json"), min_cosine=alpha)
+                                path.replace(".study.json", ".scores.json"), keep=methods.NAMED)
         paper = scores["paper"]
         results.write(path, {"world": tasks.world, "level": level, "recording": recording.name,
                              "parameter": parameter.name, "value": value,

@@ -52,6 +52,7 @@ struct Arguments {
   evaluation::TruthExtent extent = evaluation::TruthExtent::kSeen;
   std::vector<ScoreMode> modes;
   std::optional<double> min_cosine;
+  bool is_named = false;
 };
 
 /// The value of an option that is one of some words.
@@ -93,6 +94,8 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
       "min-cosine",
       options::value<double>()->notifier([&](double cosine) { arguments.min_cosine = cosine; }),
       "leaves out objects whose best cosine is not above this (the -task rows of the paper)")(
+      "named", options::bool_switch(&arguments.is_named),
+      "leaves out objects without a name: those that cluster_scene_graph gave to no task")(
       "rooms", tools::pathOption(arguments.rooms),
       "true rooms, for the regions: rooms.json of a generated world or a rendered house, or a YAML "
       "file as Hydra has it; the map must be a folder with ground plans")(
@@ -104,7 +107,8 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
       "true-mesh", tools::pathOption(arguments.true_mesh),
       "true surfaces (PLY), mesh.ply of a generated world or scene_mesh.ply of a rendered house: "
       "success of going to each task's best object by the map folder's places, from where its walk "
-      "began, and how far the map's mesh is off")("json", tools::pathOption(arguments.json), "file to write all numbers to");
+      "began, and how far the map's mesh is off")("json", tools::pathOption(arguments.json),
+                                                  "file to write all numbers to");
   if (!tools::parseOptions(argc, argv, description)) return std::nullopt;
   using scene_graph::BoxSource;
   using scene_graph::FileLayer;
@@ -161,6 +165,7 @@ std::vector<evaluation::Estimate> makeEstimates(const std::vector<FileObject>& o
                                                 const Arguments& arguments) {
   std::vector<evaluation::Estimate> estimates;
   for (const FileObject& object : objects) {
+    if (arguments.is_named && object.name.empty()) continue;
     if (object.embedding.size() != tasks.cols()) {
       throw std::invalid_argument("map '" + arguments.map + "' has an object whose embedding has " +
                                   std::to_string(object.embedding.size()) +

@@ -68,6 +68,14 @@ class EvaluateSceneGraph(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stdout)
         self.assertIn("kept 0 of 0 objects", done.stdout)
 
+    def test_objects_of_no_task_are_left_out_on_request(self):
+        named = make_node(0, [0, 0, 0], [1, 1, 1], [0.9, 0.1, 0.4])
+        named["attributes"]["name"] = "cup"
+        self.write_map([named, make_node(1, [5.2, 0, 0], [2, 1, 1], [0.1, 0.9, 0.4])])
+        done = self.evaluate("--named")
+        self.assertEqual(done.returncode, 0, done.stdout)
+        self.assertIn("kept 1 of 1 objects", done.stdout)
+
     def test_false_objects_and_the_share_of_right_ones_by_cosine_are_told(self):
         self.write("truth.yaml", "cup: [{center: [0, 0, 0], extents: [1, 1, 1]}]\nsofa: []\n")
         done = self.evaluate("--json", self.path("scores.json"))
@@ -231,6 +239,11 @@ class Benchmark(unittest.TestCase):
             self.assertRegex(text, r"\| khronos_task \| [0-9.]+ ")
             found = results.load_all(folder)
             self.assertEqual([row["method"] for row in found], ["clio", "clio_batch", "clio_online", "khronos_task"])
+            # Clustered while the walk went on, or at once at the end: the same objects.
+            live, batch = (row["scores"]["paper"] for row in found[:2])
+            for kind in ("strict", "relaxed", "num_objects", "num_kept"):
+                self.assertEqual(batch[kind], live[kind], kind)
+            self.assertAlmostEqual(batch["iou"], live["iou"], 4)
             used, recorded = found[2]["frames"]
             self.assertGreater(recorded, 50)
             self.assertGreater(used, 0.5 * recorded)  # a busy machine may drop some
