@@ -6,7 +6,7 @@ import collections
 import os
 import sys
 
-from . import chain, methods, report, results, study, worlds
+from . import chain, figures, methods, report, results, study, worlds
 
 # duration_s: of the walk, 0: until every room has been seen.
 Suite = collections.namedtuple("Suite", "worlds seeds levels duration_s")
@@ -76,9 +76,10 @@ def score_list(run, recording, number, level, arguments):
         scores = chain.evaluate(run, recording, tasks, map_folder,
                                 os.path.join(folder, f"{method.name}.scores.json"), method.layer,
                                 method.keep)
+        stages = chain.read_stage_times(map_folder)
         results.write(path, {"world": tasks.world, "level": level, "recording": recording.name,
-                             "method": method.name, "scores": scores,
-                             "ms_per_frame": chain.read_time_per_frame(map_folder),
+                             "method": method.name, "scores": scores, "stages": stages,
+                             "ms_per_frame": sum(stages.values()) if stages else None,
                              "frames": chain.read_frames(map_folder)})
         strict = scores["paper"]["strict"]
         say(f"{tasks.world}, {recording.name} {method.name}: strict F1 {strict['f1']:.3f} "
@@ -119,10 +120,9 @@ def write_report(arguments):
     with open(path + ".part", "w", encoding="utf-8") as file:
         file.write(text)
     os.replace(path + ".part", path)
-    figure = os.path.join(arguments.output, "report.png")
-    has_figure = report.plot(found, figure)
-    say(f"{path}: {len(found)} results" +
-        (f"; {figure}" if has_figure else "; no figure without python3-matplotlib"))
+    drawn = figures.draw(found, arguments.output)
+    say(f"{path}: {len(found)} results; " +
+        (", ".join(drawn) if drawn else "no figures without python3-matplotlib"))
 
 
 def main():

@@ -72,15 +72,15 @@ def make_map(run, recording, tasks, name, folder):
     return process_bag(run, recording, tasks, front_end.config, target, front_end.program)
 
 
-def read_time_per_frame(folder):
-    """TPF: work of all stages for one tracked frame in ms, from timing.json; None where not told."""
+def read_stage_times(folder):
+    """Work of each stage for one tracked frame in ms, from timing.json; empty where not told."""
     try:
         with open(os.path.join(folder, "timing.json"), encoding="utf-8") as file:
             stages = json.load(file)["stages"]
-        total_ms = sum(stage["mean_ms"] * stage["frames"] for stage in stages.values())
-        return total_ms / stages["tracking"]["frames"]
+        return {name: stage["mean_ms"] * stage["frames"] / stages["tracking"]["frames"]
+                for name, stage in stages.items()}
     except (OSError, ValueError, KeyError, ZeroDivisionError):
-        return None
+        return {}
 
 
 def read_frames(folder):

@@ -144,29 +144,3 @@ def compare(before, after):
             now, _ = stored.mean_and_deviation([pick(row, path) for row in by_method[method]])
             lines.append(f"| {key[0]} | {key[1]} | {method} | {was:.3f} | {now:.3f} | {now - was:+.3f} |")
     return "\n".join(lines)
-
-
-def plot(results, path):
-    """Bars of strict F1, a panel for each world and level. Returns False without matplotlib."""
-    try:
-        import matplotlib
-    except ImportError:
-        return False
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-    groups = stored.group(results)
-    figure, panels = plt.subplots(1, len(groups), figsize=(3.2 * len(groups), 3.4), sharey=True,
-                                  squeeze=False)
-    for panel, ((world, level), by_method) in zip(panels[0], groups.items()):
-        names = order(by_method)
-        cells = [stored.mean_and_deviation([pick(row, ("strict", "f1")) for row in by_method[name]])
-                 for name in names]
-        panel.bar(names, [mean for mean, _ in cells], yerr=[spread for _, spread in cells])
-        panel.set_title(f"{world}\n{level}", fontsize=9)
-        panel.tick_params(axis="x", rotation=70, labelsize=8)
-        panel.set_ylim(0.0, 1.0)
-    panels[0][0].set_ylabel("strict F1")
-    figure.tight_layout()
-    figure.savefig(path, dpi=110)
-    plt.close(figure)
-    return True

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
+#include <set>
 #include <stdexcept>
 #include <string>
 
@@ -32,23 +34,50 @@ double computeSeparation(std::vector<ScoredObject> objects) {
   return pairs > 0.0 ? ordered / pairs : 0.5;
 }
 
+bool isRight(const RotatedBox& object, const RotatedBox& thing) {
+  return thing.contains(object.center_m) && object.contains(thing.center_m);
+}
+
+Eigen::Index findTask(const std::vector<TaskTruth>& truth, const Estimate& estimate) {
+  if (truth.empty() || static_cast<std::size_t>(estimate.cosines.size()) != truth.size()) {
+    throw std::invalid_argument("an object has " + std::to_string(estimate.cosines.size()) +
+                                " cosines, expected one for each of the " +
+                                std::to_string(truth.size()) + " tasks");
+  }
+  Eigen::Index task = 0;
+  estimate.cosines.maxCoeff(&task);
+  return task;
+}
+
+/// Of each thing for which there is a right object the highest score of these.
+std::vector<double> scoreThings(const std::vector<TaskTruth>& truth,
+                                const std::vector<Estimate>& estimates) {
+  std::vector<double> scores;
+  for (std::size_t task = 0; task < truth.size(); ++task) {
+    for (const RotatedBox& thing : truth[task].boxes) {
+      std::optional<double> best;
+      for (const Estimate& estimate : estimates) {
+        const auto own = static_cast<std::size_t>(findTask(truth, estimate));
+        if (own != task || !isRight(estimate.box, thing)) continue;
+        best = std::max(best.value_or(-1.0), estimate.cosines.maxCoeff());
+      }
+      if (best) scores.push_back(*best);
+    }
+  }
+  return scores;
+}
+
 }  // namespace
 
 std::vector<ScoredObject> judgeObjects(const std::vector<TaskTruth>& truth,
                                        const std::vector<Estimate>& estimates) {
   std::vector<ScoredObject> objects;
   for (const Estimate& estimate : estimates) {
-    if (truth.empty() || static_cast<std::size_t>(estimate.cosines.size()) != truth.size()) {
-      throw std::invalid_argument("an object has " + std::to_string(estimate.cosines.size()) +
-                                  " cosines, expected one for each of the " +
-                                  std::to_string(truth.size()) + " tasks");
-    }
-    Eigen::Index task = 0;
+    const auto& boxes = truth[static_cast<std::size_t>(findTask(truth, estimate))].boxes;
     ScoredObject object;
-    object.score = estimate.cosines.maxCoeff(&task);
-    const auto& boxes = truth[static_cast<std::size_t>(task)].boxes;
+    object.score = estimate.cosines.maxCoeff();
     object.is_right = std::any_of(boxes.begin(), boxes.end(), [&](const RotatedBox& box) {
-      return box.contains(estimate.box.center_m) && estimate.box.contains(box.center_m);
+      return isRight(estimate.box, box);
     });
     objects.push_back(object);
   }
@@ -75,6 +104,40 @@ Calibration computeCalibration(const std::vector<ScoredObject>& objects, double 
   }
   calibration.separation = computeSeparation(objects);
   return calibration;
+}
+
+std::vector<CurvePoint> computePrecisionRecall(const std::vector<TaskTruth>& truth,
+                                               const std::vector<Estimate>& estimates,
+                                               double step) {
+  if (!(step > 0.0)) {
+    throw std::invalid_argument("step " + std::to_string(step) + ", expected above 0");
+  }
+  const std::vector<ScoredObject> objects = judgeObjects(truth, estimates);
+  const std::vector<double> things = scoreThings(truth, estimates);
+  std::size_t num_true = 0;
+  for (const TaskTruth& task : truth) num_true += task.boxes.size();
+  const auto toShare = [](auto part, std::size_t whole) {
+    return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
+  };
+  std::set<double> steps;
+  for (const ScoredObject& object : objects) steps.insert(std::floor(object.score / step + 1e-9));
+  std::vector<CurvePoint> curve;
+  if (steps.empty()) return curve;
+  for (double index = *steps.begin(); index <= *steps.rbegin(); index += 1.0) {
+    const auto isLeft = [&](double score) { return std::floor(score / step + 1e-9) >= index; };
+    std::size_t num_left = 0;
+    std::size_t num_right = 0;
+    for (const ScoredObject& object : objects) {
+      num_left += isLeft(object.score) ? 1 : 0;
+      num_right += isLeft(object.score) && object.is_right ? 1 : 0;
+    }
+    CurvePoint point;
+    point.min_score = index * step;
+    point.precision = toShare(num_right, num_left);
+    point.recall = toShare(std::count_if(things.begin(), things.end(), isLeft), num_true);
+    curve.push_back(point);
+  }
+  return curve;
 }
 
 }  // namespace tsg::evaluation

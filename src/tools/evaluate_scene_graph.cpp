@@ -35,7 +35,8 @@ using scene_graph::FileObject;
 
 namespace {
 
-constexpr double kBinWidth = 0.02;  ///< of cosines, for the calibration
+constexpr double kBinWidth = 0.02;    ///< of cosines, for the calibration
+constexpr double kCurveStep = 0.005;  ///< likewise, for precision and recall
 
 struct Arguments {
   std::string map;
@@ -245,6 +246,16 @@ void print(ScoreMode mode, const ObjectScores& scores) {
 }
 
 /// How often objects of a cosine are right.
+nlohmann::json toJson(const std::vector<evaluation::CurvePoint>& curve) {
+  nlohmann::json points = nlohmann::json::array();
+  for (const auto& point : curve) {
+    points.push_back({{"min_cosine", point.min_score},
+                      {"precision", point.precision},
+                      {"recall", point.recall}});
+  }
+  return points;
+}
+
 nlohmann::json reportCalibration(const std::vector<evaluation::ScoredObject>& objects) {
   const auto calibration = evaluation::computeCalibration(objects, kBinWidth);
   nlohmann::json bins = nlohmann::json::array();
@@ -354,6 +365,8 @@ void run(const Arguments& arguments) {
     all[getName(mode)] = toJson(scores);
   }
   all["calibration"] = reportCalibration(evaluation::judgeObjects(truth, estimates));
+  all["precision_recall"] =
+      toJson(evaluation::computePrecisionRecall(truth, estimates, kCurveStep));
   if (!arguments.rooms.empty()) all["regions"] = reportRegions(arguments);
   if (!arguments.labels.empty()) all["classes"] = reportClasses(arguments, read.objects, tasks);
   if (!arguments.true_mesh.empty()) {

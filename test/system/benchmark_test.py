@@ -11,7 +11,7 @@ import unittest
 SOURCE = os.environ["TSG_SOURCE_DIR"]
 PROGRAMS = os.path.join(os.environ["TSG_BUILD_DIR"], "devel", "lib", "task_scene_graph")
 sys.path.insert(0, os.path.join(SOURCE, "scripts"))
-from evaluation import report, results, study  # noqa: E402
+from evaluation import figures, report, results, study  # noqa: E402
 
 
 def run(*command):
@@ -198,6 +198,25 @@ class Report(unittest.TestCase):
         text = report.make_report([one, other], "command")
         self.assertIn("| apartment | none | clio | 0.900 | 0.800 | 0.847 | 6.0 | 5.0 |", text)
         self.assertIn("| clio | 0.25 of 4 | 1.00 of 5 |", text)
+
+    def test_curve_of_several_maps_is_the_mean_at_each_cosine(self):
+        def make_row(*points):
+            return {"scores": {"precision_recall": [
+                {"min_cosine": cosine, "precision": precision, "recall": recall}
+                for cosine, precision, recall in points]}}
+        line = figures.average_curve([make_row((0.2, 0.5, 0.8), (0.3, 1.0, 0.4)),
+                                      make_row((0.25, 0.7, 0.6)), {"scores": {}}])
+        # 0.3: nothing of the second map is left; 0.25: the first has what it has from 0.3 on.
+        self.assertEqual(line, [(0.2, 1.0), (0.5, 0.85), (0.7, 0.6)])
+
+    def test_figures_are_drawn_where_matplotlib_is(self):
+        one, other = make_result("clio", 0.8), make_result("cg", 0.5, level="hard")
+        one["stages"] = {"tracking": 1.5, "places": 0.5}
+        one["scores"]["precision_recall"] = [{"min_cosine": 0.2, "precision": 1, "recall": 0.5}]
+        with tempfile.TemporaryDirectory() as folder:
+            drawn = figures.draw([one, other], folder)
+            self.assertEqual(sorted(os.listdir(folder)), sorted(drawn))
+            self.assertEqual(figures.draw([], folder), [])
 
     def test_comparison_has_the_change(self):
         lines = report.compare([make_result("clio", 0.8)], [make_result("clio", 0.9)])

@@ -29,6 +29,13 @@ struct Calibration {
   double separation = 0.5;
 };
 
+/// What is left of a map without the objects of a lower score.
+struct CurvePoint {
+  double min_score = 0.0;
+  double precision = 0.0;  ///< share of the objects left that are right
+  double recall = 0.0;     ///< share of all things for which a right object is left
+};
+
 /// An object is right if the box of one of its task's things and its own hold each other's centres;
 /// several objects may be right about one thing. O(objects * tasks + objects * boxes).
 /// @throws std::invalid_argument if an estimate has not a cosine for each task.
@@ -38,5 +45,12 @@ std::vector<ScoredObject> judgeObjects(const std::vector<TaskTruth>& truth,
 /// Bins start at multiples of the width. O(n log n). @throws std::invalid_argument unless the width
 /// is positive.
 Calibration computeCalibration(const std::vector<ScoredObject>& objects, double bin_width);
+
+/// Precision and recall at each multiple of the step from the lowest to the highest score, right as
+/// judgeObjects() has it. Recall is 0 where nothing is true.
+/// O(objects * (tasks + boxes + points)). @throws std::invalid_argument as judgeObjects(), and
+/// unless the step is positive.
+std::vector<CurvePoint> computePrecisionRecall(const std::vector<TaskTruth>& truth,
+                                               const std::vector<Estimate>& estimates, double step);
 
 }  // namespace tsg::evaluation

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 
 namespace tsg::evaluation {
@@ -65,6 +66,58 @@ TEST(Calibration, SeparationIsTheShareOfOrderedPairs) {
     }
   }
   EXPECT_NEAR(computeCalibration(objects, 0.05).separation, ordered / pairs, 1e-12);
+}
+
+TEST(PrecisionRecall, OfThreeObjectsTwoOfWhichAreRightAboutOneThing) {
+  const std::vector<TaskTruth> truth{{"cup", {makeBox(0, 1), makeBox(5, 1)}}, {"piano", {}}};
+  const std::vector<Estimate> estimates{{makeBox(0.1, 1), Eigen::Vector2d(0.32, 0.2)},
+                                        {makeBox(-0.1, 1), Eigen::Vector2d(0.30, 0.2)},
+                                        {makeBox(9, 1), Eigen::Vector2d(0.29, 0.2)}};
+  const auto curve = computePrecisionRecall(truth, estimates, 0.01);
+  ASSERT_EQ(curve.size(), 4U);
+  EXPECT_NEAR(curve[0].min_score, 0.29, 1e-12);
+  EXPECT_DOUBLE_EQ(curve[0].precision, 2.0 / 3.0);
+  EXPECT_DOUBLE_EQ(curve[0].recall, 0.5);
+  EXPECT_DOUBLE_EQ(curve[1].precision, 1.0);
+  EXPECT_DOUBLE_EQ(curve[2].precision, 1.0);  // from 0.31 on one is left
+  EXPECT_DOUBLE_EQ(curve[3].recall, 0.5);
+  EXPECT_TRUE(computePrecisionRecall(truth, {}, 0.01).empty());
+  EXPECT_THROW(computePrecisionRecall(truth, estimates, 0.0), std::invalid_argument);
+}
+
+TEST(PrecisionRecall, IsThatOfTheMapWithoutTheLowerOnes) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> draw(0.0, 1.0);
+  std::vector<TaskTruth> truth{{"cup", {}}, {"piano", {}}};
+  for (int i = 0; i < 12; ++i) truth[i % 2].boxes.push_back(makeBox(6.0 * draw(random), 1));
+  std::vector<Estimate> estimates;
+  for (int i = 0; i < 40; ++i) {
+    estimates.push_back(
+        {makeBox(6.0 * draw(random), 1), Eigen::Vector2d(draw(random), draw(random))});
+  }
+  for (const CurvePoint& point : computePrecisionRecall(truth, estimates, 0.05)) {
+    std::vector<Estimate> left;
+    for (const Estimate& estimate : estimates) {
+      if (estimate.cosines.maxCoeff() >= point.min_score) left.push_back(estimate);
+    }
+    double num_right = 0.0;
+    for (const auto& object : judgeObjects(truth, left)) num_right += object.is_right ? 1.0 : 0.0;
+    EXPECT_NEAR(point.precision, num_right / static_cast<double>(left.size()), 1e-12);
+    double num_found = 0.0;
+    for (const TaskTruth& task : truth) {
+      for (const RotatedBox& thing : task.boxes) {
+        // Of one thing and its task alone: is any object right?
+        std::vector<TaskTruth> one{{truth[0].task, {}}, {truth[1].task, {}}};
+        one[&task == &truth[0] ? 0 : 1].boxes = {thing};
+        const auto objects = judgeObjects(one, left);
+        num_found += std::any_of(objects.begin(), objects.end(),
+                                 [](const ScoredObject& object) { return object.is_right; })
+                         ? 1.0
+                         : 0.0;
+      }
+    }
+    EXPECT_NEAR(point.recall, num_found / 12.0, 1e-12);
+  }
 }
 
 TEST(Calibration, RefusesObjectsWithoutACosineForEachTask) {
