@@ -75,9 +75,10 @@ def plot_curves(plt, results):
 
 def average_curve(rows):
     """[(recall, precision)] by falling least cosine. Above the highest cosine of a map nothing of it
-    is left: recall 0, and its precision does not count; below its lowest all is left."""
+    is left (of one without objects never): recall 0, and its precision does not count; below its
+    lowest all is left."""
     curves = [{round(point["min_cosine"], 4): point for point in row["scores"]["precision_recall"]}
-              for row in rows if row["scores"].get("precision_recall")]
+              for row in rows if "precision_recall" in row["scores"]]
     cosines = sorted({cosine for curve in curves for cosine in curve}, reverse=True)
     line = []
     for cosine in cosines:
@@ -109,11 +110,10 @@ def plot_kept(panel, by_method):
         kept = [pick(row, ("num_objects",)) / max(1, pick(row, ("num_true",)) or 1) for row in rows]
         scores = [pick(row, ("strict", "f1")) for row in rows]
         mean = (sum(kept) / len(kept), sum(scores) / len(scores))
-        if mean[0] == 0.0:
-            continue
         panel.plot(*mean, marker="o", color="tab:blue" if method.startswith("clio") else "0.4")
         panel.annotate(method, mean, fontsize=7, xytext=(4, 3), textcoords="offset points")
-    panel.set_xscale("log")
+    panel.margins(x=0.25)
+    panel.set_xlim(left=0.0)
     panel.set_ylim(0.0, 1.0)
 
 
@@ -135,4 +135,9 @@ def plot_times(panel, by_method):
     panel.invert_yaxis()
     panel.tick_params(axis="y", labelsize=8)
     if names:
-        panel.legend(fontsize=7)
+        panel.legend(fontsize=7, loc="upper right")
+        limit = 2.0 * sorted(left)[len(left) // 2]  # what takes much longer is cut off and labelled
+        panel.set_xlim(0.0, limit)
+        for i, total in enumerate(left):
+            if total > limit:
+                panel.text(0.5 * limit, i, f"{total:.0f} ms", ha="center", va="center", color="white")
