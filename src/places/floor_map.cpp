@@ -13,7 +13,7 @@ bool isBefore(const GroundNode& a, const GroundNode& b) {
 
 bool isSame(const GroundNode& a, const GroundNode& b) {
   return a.offset == b.offset && a.height_m == b.height_m && a.is_walked == b.is_walked &&
-         a.is_axis == b.is_axis;
+         a.is_axis == b.is_axis && a.is_ramp == b.is_ramp;
 }
 
 /// What was not walked is surely floor from so many times the least area on.
@@ -178,29 +178,43 @@ bool FloorMap::makeNodes(const VoxelMap& voxels, const WayMap& way, const TileIn
 }
 
 /// Observed ground within a step of the way is walked; where there is none the way itself is
-/// ground, except, beside its axis, where something solid stands.
+/// ground, except, beside its axis, where something solid stands. Where the way climbs it is ground
+/// in place of the steps under it, of which some were seen and some were not: a ramp without gaps.
 void FloorMap::addWay(const VoxelMap& voxels, const WayMap& way, const TileIndex& index,
                       std::vector<GroundNode>& nodes) const {
-  const std::size_t num_observed = nodes.size();
+  const std::vector<GroundNode> observed = nodes;
   const TileVoxels tile_voxels(voxels, index);
   for (const WayCell& cell : way.cellsAt(index)) {
-    GroundNode* nearest = nullptr;
-    for (std::size_t i = 0; i < num_observed; ++i) {
-      const auto away_m = [&](const GroundNode& node) {
-        return std::abs(static_cast<double>(node.height_m) - cell.level_m);
-      };
-      if (nodes[i].offset != cell.offset || away_m(nodes[i]) > config_.max_step_m) continue;
-      if (nearest == nullptr || away_m(nodes[i]) < away_m(*nearest)) nearest = &nodes[i];
-    }
-    if (nearest != nullptr) {
+    const double slope_m = cell.climbs(config_.max_step_m) ? cell.top_m - cell.level_m : 0.0;
+    const auto isUnder = [&](const GroundNode& node) {
+      const double away_m = std::abs(static_cast<double>(node.height_m) - cell.level_m);
+      return node.offset == cell.offset && away_m <= config_.max_step_m + slope_m;
+    };
+    if (slope_m == 0.0 && std::any_of(observed.begin(), observed.end(), isUnder)) {
+      const auto nearest = std::min_element(
+          nodes.begin(), nodes.end(), [&](const GroundNode& a, const GroundNode& b) {
+            const auto away = [&](const GroundNode& node) {
+              return std::pair(!isUnder(node),
+                               std::abs(node.height_m - static_cast<float>(cell.level_m)));
+            };
+            return away(a) < away(b);
+          });
       nearest->is_walked = true;
       nearest->is_axis = nearest->is_axis || cell.is_axis;
       continue;
     }
-    const float solid_m = findSolid(tile_voxels, cell.offset, cell.level_m + config_.max_step_m,
-                                    cell.level_m + config_.body_height_m);
+    const float solid_m =
+        findSolid(tile_voxels, cell.offset, cell.level_m + slope_m + config_.max_step_m,
+                  cell.level_m + config_.body_height_m);
     if (!cell.is_axis && isSolid(solid_m)) continue;
-    nodes.push_back({cell.offset, static_cast<float>(cell.level_m), true, cell.is_axis, -1});
+    nodes.erase(std::remove_if(nodes.begin(), nodes.end(), isUnder), nodes.end());
+    GroundNode node;
+    node.offset = cell.offset;
+    node.height_m = static_cast<float>(cell.level_m);
+    node.is_walked = true;
+    node.is_axis = cell.is_axis;
+    node.is_ramp = slope_m > 0.0;
+    nodes.push_back(node);
   }
 }
 

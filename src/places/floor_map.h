@@ -21,6 +21,7 @@ struct GroundNode {
   bool is_walked = false;
   bool is_axis = false;  ///< the middle of the body was here
   int patch = -1;        ///< that it belongs to; -1 = at the edge of a drop, no floor
+  bool is_ramp = false;  ///< the way climbs here, over steps of which not all need have been seen
 };
 
 /// Finds the floors: ground (findGround(), or the body's way where no ground was seen and nothing

@@ -37,7 +37,7 @@ class NearestFloor {
         floors.forEachFloor({x, y}, [&](const GroundNode& node) {
           const Column column = computeColumn({x, y}, node.offset);
           const GridIndex at(column.x, column.y, 0);
-          if (extent_.contains(at)) add(extent_.toLinear(at), node.height_m);
+          if (extent_.contains(at)) add(extent_.toLinear(at), node);
         });
       }
     }
@@ -50,6 +50,7 @@ class NearestFloor {
     double distance_m = 0.0;
     int slab = 0;
     float height_m = 0.0F;
+    bool is_ramp = false;
   };
 
   /// Floors within reach of a column, one of each slab, nearest first.
@@ -59,9 +60,9 @@ class NearestFloor {
     for (const auto& [key, slab] : slabs_) {
       const std::int32_t source = slab.nearest.source[cell];
       if (source == NearestField::kNone) continue;
+      const auto at = static_cast<std::size_t>(source);
       const double cells = std::sqrt(static_cast<double>(slab.nearest.squared_cells[cell]));
-      found.push_back(
-          {cells * voxel_size_m_, key, slab.height_m[static_cast<std::size_t>(source)]});
+      found.push_back({cells * voxel_size_m_, key, slab.height_m[at], slab.is_ramp[at] != 0});
     }
     std::sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) {
       return a.distance_m == b.distance_m ? a.slab < b.slab : a.distance_m < b.distance_m;
@@ -72,6 +73,7 @@ class NearestFloor {
   struct Slab {
     std::vector<char> is_floor;
     std::vector<float> height_m;
+    std::vector<char> is_ramp;
     NearestField nearest;
   };
 
@@ -79,16 +81,18 @@ class NearestFloor {
     return static_cast<int>(std::ceil(kObstacleReach_m / voxel_size_m));
   }
 
-  void add(std::size_t cell, float height_m) {
-    const int key = static_cast<int>(std::lround(static_cast<double>(height_m) / slab_m_));
+  void add(std::size_t cell, const GroundNode& node) {
+    const int key = static_cast<int>(std::lround(static_cast<double>(node.height_m) / slab_m_));
     Slab& slab = slabs_[key];
     if (slab.is_floor.empty()) {
       slab.is_floor.assign(extent_.numCells(), 0);
       slab.height_m.assign(extent_.numCells(), 0.0F);
+      slab.is_ramp.assign(extent_.numCells(), 0);
     }
     if (slab.is_floor[cell] != 0) return;  // the lower one counts
     slab.is_floor[cell] = 1;
-    slab.height_m[cell] = height_m;
+    slab.height_m[cell] = node.height_m;
+    slab.is_ramp[cell] = node.is_ramp ? 1 : 0;
   }
 
   double voxel_size_m_;
@@ -109,7 +113,10 @@ class ColumnReader {
                  std::vector<SpaceCell>& cells) const {
     const double floor_m = static_cast<double>(floor.height_m);
     const double top_m = floor_m + config_.body_height_m;
-    const float solid_m = findSolid(voxels_, offset, floor_m + config_.max_step_m, top_m);
+    // a ramp stands for steps, the next of which is higher than it is beside it
+    const bool is_stair = floor.is_ramp && floor.distance_m <= config_.max_floor_gap_m;
+    const double step_m = (is_stair ? 2.0 : 1.0) * config_.max_step_m;
+    const float solid_m = findSolid(voxels_, offset, floor_m + step_m, top_m);
     SpaceCell cell;
     cell.offset = static_cast<std::uint8_t>(offset);
     cell.level_m = floor.height_m;

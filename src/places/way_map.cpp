@@ -10,10 +10,16 @@ namespace tsg::places {
 namespace {
 
 constexpr double kMaxPause_s = 5.0;
+constexpr double kTopStep_m = 0.02;  ///< by which the highest ground is told apart
 constexpr double kMaxDrift_m = 0.1;  ///< of the camera's height, until the way is laid anew
 constexpr int kMinVotes = 25;        ///< columns of ground that tell the camera's height
 
 double toSeconds(std::int64_t ns) { return 1e-9 * static_cast<double>(ns); }
+
+/// By column, then by level.
+bool isBefore(const WayCell& a, const WayCell& b) {
+  return std::tie(a.offset, a.level_m) < std::tie(b.offset, b.level_m);
+}
 
 }  // namespace
 
@@ -118,34 +124,49 @@ void WayMap::cover(const Eigen::Vector3d& position, double voxel_size_m, TileSet
       const double x_m = (column.x + 0.5) * voxel_size_m - position.x();
       const double y_m = (column.y + 0.5) * voxel_size_m - position.y();
       const bool is_axis = dx == 0 && dy == 0;
-      if (!is_axis && std::hypot(x_m, y_m) > config_.body_radius_m) continue;
-      addCell(column, level_m, is_axis, voxel_size_m, changed);
+      const double away_m = std::hypot(x_m, y_m);
+      if (!is_axis && away_m > config_.body_radius_m) continue;
+      addCell(column, level_m, away_m, is_axis, voxel_size_m, changed);
     }
   }
 }
 
-/// The first height of a level stays, so that a way does not change when it is walked again.
-void WayMap::addCell(const Column& column, double level_m, bool is_axis, double voxel_size_m,
-                     TileSet& changed) {
+/// Of the heights of one level that counts at which the middle of the body was nearest; others
+/// must be nearer by half a voxel, so that a way hardly changes when it is walked again.
+void WayMap::addCell(const Column& column, double level_m, double away_m, bool is_axis,
+                     double voxel_size_m, TileSet& changed) {
   const bool is_volume = config_.free_space == FreeSpaceKind::kVolume;
-  const double tolerance_m = is_volume ? 0.5 * voxel_size_m : config_.max_step_m;
+  const double tolerance_m = is_volume ? 0.5 * voxel_size_m : 2.0 * config_.max_step_m;
   if (is_volume) level_m = (std::floor(level_m / voxel_size_m) + 0.5) * voxel_size_m;
   const TileIndex tile = computeTile(column);
   std::vector<WayCell>& cells = cells_[tile];
   const int offset = computeOffset(column);
+  const double reach_m = 0.5 * config_.body_height_m;
+  double top_m = level_m;
+  for (WayCell& cell : cells) {
+    if (is_volume || cell.offset != offset) continue;
+    const double above_m = level_m - cell.level_m;
+    if (-above_m <= reach_m) top_m = std::max(top_m, cell.level_m);
+    if (above_m > reach_m || level_m < cell.top_m + kTopStep_m) continue;
+    cell.top_m = level_m;
+    if (cell.climbs(config_.max_step_m)) changed.insert(tile);
+  }
   for (WayCell& cell : cells) {
     if (cell.offset != offset || std::abs(cell.level_m - level_m) > tolerance_m) continue;
-    if (is_axis && !cell.is_axis) {
-      cell.is_axis = true;
-      changed.insert(tile);
+    const bool is_nearer = away_m < cell.away_m - 0.5 * voxel_size_m;
+    if (!is_nearer && (cell.is_axis || !is_axis)) return;
+    cell.is_axis = cell.is_axis || is_axis;
+    if (is_nearer) {
+      cell.away_m = away_m;
+      cell.level_m = level_m;
+      cell.top_m = std::max(cell.top_m, level_m);
+      std::sort(cells.begin(), cells.end(), isBefore);
     }
+    changed.insert(tile);
     return;
   }
-  const WayCell cell{offset, level_m, is_axis};
-  const auto at =
-      std::upper_bound(cells.begin(), cells.end(), cell, [](const WayCell& a, const WayCell& b) {
-        return std::tie(a.offset, a.level_m) < std::tie(b.offset, b.level_m);
-      });
+  const WayCell cell{offset, level_m, is_axis, top_m, away_m};
+  const auto at = std::upper_bound(cells.begin(), cells.end(), cell, isBefore);
   cells.insert(at, cell);
   changed.insert(tile);
 }

@@ -19,6 +19,13 @@ struct WayCell {
   int offset = 0;        ///< of the column in its tile
   double level_m = 0.0;  ///< world z of the ground under the body (`volume`: of the voxel)
   bool is_axis = false;  ///< the middle of the body was here
+  /// The highest ground of the body, at most half its height above the level, while it covered the
+  /// column: on stairs it stands higher a little later.
+  double top_m = 0.0;
+  double away_m = 0.0;  ///< the middle of the body from the column's, when it was at the level
+
+  /// Whether that is the slope of the way and not a camera that sways.
+  bool climbs(double max_step_m) const { return top_m - level_m > 0.5 * max_step_m; }
 };
 
 /// Where the body that carries the camera was: the columns that it covered, with the height of the
@@ -74,8 +81,8 @@ class WayMap {
   void addSegments();
   void lay(const Segment& segment, double voxel_size_m, TileSet& changed);
   void cover(const Eigen::Vector3d& position, double voxel_size_m, TileSet& changed);
-  void addCell(const Column& column, double level_m, bool is_axis, double voxel_size_m,
-               TileSet& changed);
+  void addCell(const Column& column, double level_m, double away_m, bool is_axis,
+               double voxel_size_m, TileSet& changed);
 
   PlacesConfig config_;
   bool is_estimated_;  ///< the camera's height

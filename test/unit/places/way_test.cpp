@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <set>
 
 #include "box_world.h"
 #include "layers.h"
@@ -159,6 +160,40 @@ TEST(Way, IsNotCutByGroundThatWasSeenBesideIt) {
     }
     const Walked walked(world, walkUp(height_m));
     EXPECT_TRUE(isJoined(walked.extractor.graph(), {2, 2, 0}, {10, 2, height_m}));
+  }
+}
+
+TEST(Way, OverStairsIsARampWithoutGapsAndAsWideAsTheyAre) {
+  // 16 steps between two walls 1 m apart; of each column of the steps the camera saw all or nothing
+  BoxWorld world;
+  world.addFloor(0, 0, 4, 4).addFloor(8, 0, 12, 4, 2.6);
+  world.add({4, 1.3, -0.3}, {8, 1.5, 5}).add({4, 2.5, -0.3}, {8, 2.7, 5});
+  for (int step = 0; step < 16; ++step) {
+    const double x_m = 4.0 + 0.25 * step;
+    world.add({x_m, 1.5, -0.3}, {x_m + 0.25, 2.5, 0.1625 * (step + 1)});
+  }
+  std::mt19937 random(7);
+  std::set<std::pair<int, int>> unseen;
+  for (int x = 40; x < 80; ++x) {
+    for (int y = 15; y < 25; ++y) {
+      if (random() % 2 == 0) unseen.insert({x, y});
+    }
+  }
+  const auto is_seen = [&](const Eigen::Vector3d& p) {
+    return unseen.count({static_cast<int>(std::floor(p.x() / kVoxel_m)),
+                         static_cast<int>(std::floor(p.y() / kVoxel_m))}) == 0;
+  };
+  const Walked walked(world, walkUp(), is_seen);
+  double before_m = 0.0;
+  for (int x = 25; x < 95; ++x) {
+    SCOPED_TRACE(x);
+    const double slope_m = std::clamp((x + 0.5) * kVoxel_m - 4.0, 0.0, 4.0) * 0.65;
+    const PlanCell* cell = walked.extractor.plan().find({x, 20}, slope_m, 0.3);
+    ASSERT_NE(cell, nullptr);
+    EXPECT_TRUE(cell->isFree());
+    EXPECT_GE(cell->clearance_m, 0.35F);
+    EXPECT_NEAR(static_cast<double>(cell->floor_m), before_m, 0.2);
+    before_m = static_cast<double>(cell->floor_m);
   }
 }
 
