@@ -84,10 +84,10 @@ def read_stage_times(folder):
 
 
 def read_frames(folder):
-    """(in the map, in the recording) of a map made live; None of others."""
+    """(in the map, not tracked, in the recording) of a map made live; None of others."""
     with open(os.path.join(folder, "done.json"), encoding="utf-8") as file:
         done = json.load(file)
-    return (done["frames_in_map"], done["frames"]) if "frames" in done else None
+    return (done["frames_in_map"], done["frames_not_tracked"], done["frames"]) if "frames" in done else None
 
 
 def evaluate(run, recording, tasks, map_folder, scores, layer="objects", keep=()):

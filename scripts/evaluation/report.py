@@ -99,13 +99,13 @@ def make_calibration_table(groups):
 
 def make_frames_table(results):
     """What the live chain dropped; None where nothing was made live."""
-    lines = ["| world | segments | recording | method | frames | missing in the map |",
-             "|---|---|---|---|---|---|"]
+    lines = ["| world | segments | recording | method | frames | missing in the map | segmented ones not tracked |",
+             "|---|---|---|---|---|---|---|"]
     for row in results:
         if row.get("frames"):
-            used, recorded = row["frames"]
+            used, untracked, recorded = row["frames"]
             cells = [row["world"], row["level"], row["recording"], row["method"], str(recorded),
-                     str(recorded - used)]
+                     str(recorded - used), str(untracked)]
             lines.append("| " + " | ".join(cells) + " |")
     return "\n".join(lines) if len(lines) > 2 else None
 

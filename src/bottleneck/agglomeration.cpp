@@ -164,7 +164,8 @@ void Agglomeration::merge(Index a, Index b) {
 
 void Agglomeration::uniteClusters(Index a, Index b, bool is_equal) {
   masses_[a] = addMasses(masses_[a], masses_[b]);
-  SparseMasses().swap(masses_[b]);
+  masses_[b].clear();
+  masses_[b].shrink_to_fit();
   counts_[a] += counts_[b];
   parents_[b] = a;
   ++versions_[a];

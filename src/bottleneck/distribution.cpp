@@ -20,7 +20,7 @@ double computeEntropyBits(const SparseMasses& distribution) {
 
 SparseMasses addMasses(const SparseMasses& a, const SparseMasses& b) {
   SparseMasses sum;
-  sum.reserve(a.size() + b.size());
+  sum.reserve(std::max(a.size(), b.size()));
   auto i = a.begin();
   auto j = b.begin();
   while (i != a.end() || j != b.end()) {

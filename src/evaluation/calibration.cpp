@@ -53,13 +53,16 @@ Eigen::Index findTask(const std::vector<TaskTruth>& truth, const Estimate& estim
 std::vector<double> scoreThings(const std::vector<TaskTruth>& truth,
                                 const std::vector<Estimate>& estimates) {
   std::vector<double> scores;
+  std::vector<std::size_t> tasks;
+  for (const Estimate& estimate : estimates) {
+    tasks.push_back(static_cast<std::size_t>(findTask(truth, estimate)));
+  }
   for (std::size_t task = 0; task < truth.size(); ++task) {
     for (const RotatedBox& thing : truth[task].boxes) {
       std::optional<double> best;
-      for (const Estimate& estimate : estimates) {
-        const auto own = static_cast<std::size_t>(findTask(truth, estimate));
-        if (own != task || !isRight(estimate.box, thing)) continue;
-        best = std::max(best.value_or(-1.0), estimate.cosines.maxCoeff());
+      for (std::size_t i = 0; i < estimates.size(); ++i) {
+        if (tasks[i] != task || !isRight(estimates[i].box, thing)) continue;
+        best = std::max(best.value_or(-1.0), estimates[i].cosines.maxCoeff());
       }
       if (best) scores.push_back(*best);
     }

@@ -22,7 +22,7 @@ using Triangle = std::array<Vector3d, 3>;
 
 constexpr double kCell_m = 0.25;
 constexpr double kFarthest_m = 1e6;
-constexpr std::size_t kMaxTriangles = 50'000'000;
+constexpr std::size_t kMaxTriangles = 4'000'000;
 
 /// [Ericson05, Sec. 5.1.5]: the region of the triangle's plane over which the point lies says which
 /// corner, side or inner point is the nearest.
@@ -125,7 +125,7 @@ class Surfaces {
 
   void list(const Triangle& triangle) {
     if (triangles_.size() >= kMaxTriangles) {
-      throw std::invalid_argument("the true mesh has more surface than 50 million triangles of " +
+      throw std::invalid_argument("the true mesh has more surface than 4 million triangles of " +
                                   std::to_string(4.0 * kCell_m) + " m cover");
     }
     const auto& [a, b, c] = triangle;

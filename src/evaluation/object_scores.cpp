@@ -122,11 +122,11 @@ void appendCenterErrors(const std::vector<const RotatedBox*>& estimates,
   }
 }
 
-double computeMedian(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+std::optional<double> computeMedian(std::vector<double> values) {
+  if (values.empty()) return std::nullopt;
+  std::sort(values.begin(), values.end());
+  const std::size_t half = values.size() / 2;
+  return values.size() % 2 == 1 ? values[half] : (values[half - 1] + values[half]) / 2.0;
 }
 
 TaskCounts count(const TaskTruth& truth, const std::vector<Estimate>& estimates, Eigen::Index task,

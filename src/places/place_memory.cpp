@@ -167,6 +167,13 @@ void PlaceExtractor::rememberPlaces(const PlaceMemory& memory, Changes& changes)
     changes.removed.back().place = known.place;
   }
   matchIds(changes);
+  // places are kept by id: what comes in that order comes at the end
+  std::stable_sort(changes.added.begin(), changes.added.end(),
+                   [](const PlaceState& a, const PlaceState& b) {
+                     const bool is_a_new = !a.place.id.isValid();  // new ids are the largest
+                     const bool is_b_new = !b.place.id.isValid();
+                     return is_a_new == is_b_new ? a.place.id < b.place.id : is_b_new;
+                   });
   addPlaces(changes);
   for (const auto& [id, sum] : views) places_.at(id)->setViews(*sum);
 }

@@ -116,6 +116,9 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
   using Modes = std::vector<ScoreMode>;
   arguments.layer = choose<FileLayer>(
       "layer", layer, {{"objects", FileLayer::kObjects}, {"segments", FileLayer::kSegments}});
+  if (arguments.is_named && arguments.layer == FileLayer::kSegments) {
+    throw options::error("--named goes with --layer objects; segments have no name");
+  }
   arguments.boxes =
       choose<BoxSource>("boxes", boxes, {{"file", BoxSource::kFile}, {"mesh", BoxSource::kMesh}});
   arguments.extent = choose<evaluation::TruthExtent>(
@@ -205,15 +208,16 @@ nlohmann::json toJson(const ObjectScores& scores) {
                     {"correct_strict", row.correct_strict},
                     {"correct_relaxed", row.correct_relaxed}});
   }
-  return {{"strict", toJson(scores.strict)},
-          {"relaxed", toJson(scores.relaxed)},
-          {"iou", scores.iou},
-          {"center_error_m", scores.center_error_m},
-          {"num_objects", scores.num_objects},
-          {"num_true", scores.num_true},
-          {"num_kept", scores.num_kept},
-          {"num_false", countFalse(scores)},
-          {"tasks", rows}};
+  return {
+      {"strict", toJson(scores.strict)},
+      {"relaxed", toJson(scores.relaxed)},
+      {"iou", scores.iou},
+      {"center_error_m", scores.center_error_m ? nlohmann::json(*scores.center_error_m) : nullptr},
+      {"num_objects", scores.num_objects},
+      {"num_true", scores.num_true},
+      {"num_kept", scores.num_kept},
+      {"num_false", countFalse(scores)},
+      {"tasks", rows}};
 }
 
 void printTasks(const ObjectScores& scores) {
@@ -241,11 +245,10 @@ void print(ScoreMode mode, const ObjectScores& scores) {
       "  IoU %.3f, of %zu true things; middles off by %.3f m (median); kept %zu of %zu objects; "
       "%zu "
       "for tasks that nothing serves\n",
-      scores.iou, scores.num_true, scores.center_error_m, scores.num_kept, scores.num_objects,
-      countFalse(scores));
+      scores.iou, scores.num_true, scores.center_error_m.value_or(std::nan("")), scores.num_kept,
+      scores.num_objects, countFalse(scores));
 }
 
-/// How often objects of a cosine are right.
 nlohmann::json toJson(const std::vector<evaluation::CurvePoint>& curve) {
   nlohmann::json points = nlohmann::json::array();
   for (const auto& point : curve) {
@@ -256,6 +259,7 @@ nlohmann::json toJson(const std::vector<evaluation::CurvePoint>& curve) {
   return points;
 }
 
+/// How often objects of a cosine are right.
 nlohmann::json reportCalibration(const std::vector<evaluation::ScoredObject>& objects) {
   const auto calibration = evaluation::computeCalibration(objects, kBinWidth);
   nlohmann::json bins = nlohmann::json::array();
@@ -331,9 +335,17 @@ nlohmann::json reportClasses(const Arguments& arguments, const std::vector<FileO
           {"recalls", scores.recalls}};
 }
 
+/// Null where the map's mesh has no faces.
 nlohmann::json reportMesh(const std::string& map_mesh, const std::string& true_mesh) {
-  const evaluation::MeshScores scores = evaluation::computeMeshScores(
-      evaluation::loadMesh(map_mesh), evaluation::loadMesh(true_mesh));
+  Mesh mesh;
+  try {
+    mesh = evaluation::loadMesh(map_mesh);
+  } catch (const std::exception& error) {
+    std::printf("\nmesh\n  not scored: %s\n", error.what());
+    return nullptr;
+  }
+  const evaluation::MeshScores scores =
+      evaluation::computeMeshScores(mesh, evaluation::loadMesh(true_mesh));
   std::printf(
       "\nmesh\n  %zu vertices: off the true surfaces by %.3f m (mean), %.3f m (root mean square), "
       "%.3f m (95 %%); %.3f of them by 0.05 m at most\n",

@@ -68,6 +68,11 @@ class EvaluateSceneGraph(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stdout)
         self.assertIn("kept 0 of 0 objects", done.stdout)
 
+    def test_named_segments_are_refused(self):
+        done = self.evaluate("--named", "--layer", "segments")
+        self.assertEqual(done.returncode, 2, done.stdout)
+        self.assertIn("--named", done.stdout)
+
     def test_objects_of_no_task_are_left_out_on_request(self):
         named = make_node(0, [0, 0, 0], [1, 1, 1], [0.9, 0.1, 0.4])
         named["attributes"]["name"] = "cup"
@@ -263,7 +268,8 @@ class Benchmark(unittest.TestCase):
             for kind in ("strict", "relaxed", "num_objects", "num_kept"):
                 self.assertEqual(batch[kind], live[kind], kind)
             self.assertAlmostEqual(batch["iou"], live["iou"], 4)
-            used, recorded = found[2]["frames"]
+            used, untracked, recorded = found[2]["frames"]
+            self.assertLess(untracked, recorded)
             self.assertGreater(recorded, 50)
             self.assertGreater(used, 0.5 * recorded)  # a busy machine may drop some
             self.assertGreater(found[2]["scores"]["paper"]["num_objects"], 0)

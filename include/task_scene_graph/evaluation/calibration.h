@@ -48,7 +48,7 @@ Calibration computeCalibration(const std::vector<ScoredObject>& objects, double 
 
 /// Precision and recall at each multiple of the step from the lowest to the highest score, right as
 /// judgeObjects() has it. Recall is 0 where nothing is true.
-/// O(objects * (tasks + boxes + points)). @throws std::invalid_argument as judgeObjects(), and
+/// O(objects * (tasks + all boxes + points)). @throws std::invalid_argument as judgeObjects(), and
 /// unless the step is positive.
 std::vector<CurvePoint> computePrecisionRecall(const std::vector<TaskTruth>& truth,
                                                const std::vector<Estimate>& estimates, double step);

@@ -23,8 +23,8 @@ struct MeshScores {
 };
 
 /// What nobody saw is not asked for: the true mesh may show more than the map.
-/// @throws std::invalid_argument if one mesh is empty a true vertex is not finite or beyond
-/// 1e6 m, or the true surfaces are larger than some 10 square kilometres. O(triangles * cells that
+/// @throws std::invalid_argument if one mesh is empty, a true vertex is not finite or beyond
+/// 1e6 m, or the true surfaces are larger than about a square kilometre. O(triangles * cells that
 /// they touch + vertices * triangles around them).
 MeshScores computeMeshScores(const Mesh& mesh, const Mesh& truth,
                              const MeshScoresConfig& config = {});

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -56,9 +57,10 @@ struct ObjectScores {
   DetectionScores strict;
   DetectionScores relaxed;
   double iou = 0.0;  ///< sum over the tasks over `num_true`
-  /// Of the things whose task has an object at all: how far the nearest of the n objects of highest
-  /// cosine is from the thing, middle to middle; the median. 0 if there is none.
-  double center_error_m = 0.0;
+  /// How far the nearest of the n objects of highest cosine with its task (those that recall looks
+  /// at, whatever is nearest to them) is from each thing, middle to middle; the median. None where
+  /// the map has no object.
+  std::optional<double> center_error_m;
   std::size_t num_objects = 0;  ///< all estimates
   std::size_t num_true = 0;     ///< denominator of recall and IoU
   std::size_t num_kept = 0;     ///< denominator of precision

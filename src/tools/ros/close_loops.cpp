@@ -49,9 +49,9 @@ std::optional<Arguments> parseArguments(int argc, char** argv) {
       "output", tools::pathOption(arguments.output)->required(),
       "corrected poses of all frames, TUM's format")(
       "list", tools::pathOption(arguments.list),
-      "JSON: each pair of places that was tried, whether it was accepted, and why not")(
-      "truth", tools::pathOption(arguments.truth),
-      "true poses, TUM's format: prints the error before and after")(
+      "JSON: each pair of places that was tried, in each pass, whether it was accepted, and why "
+      "not")("truth", tools::pathOption(arguments.truth),
+             "true poses, TUM's format: prints the error before and after")(
       "max-drift", options::value(&loops.max_drift),
       "of odometry, share of the way: farther apart no place is looked for; the larger, the less "
       "odometry is believed (0.05)")("max-candidates", options::value(&loops.max_candidates),
@@ -103,7 +103,7 @@ void requireNoFolder(const std::string& path) {
 
 /// The list's temporary file is complete before the trajectory is written, and gets its name after:
 /// where either cannot be written, neither is there.
-std::vector<WrittenFile> writeFiles(const Arguments& arguments, const loops::LoopCloser& closer,
+std::vector<WrittenFile> writeFiles(const Arguments& arguments, const nlohmann::json& list,
                                     const Trajectory& corrected) {
   const auto writeTrajectory = [&] {
     writeTumTrajectory(arguments.output, corrected, "T_world_camera, corrected");
@@ -113,13 +113,11 @@ std::vector<WrittenFile> writeFiles(const Arguments& arguments, const loops::Loo
     writeTrajectory();
     return files;
   }
-  nlohmann::json list = nlohmann::json::array();
-  for (const auto& record : closer.records()) list.push_back(toJson(record, closer));
   writeFileAtomically(arguments.list, [&](std::ostream& out) {
     out << list.dump(1) << '\n' << std::flush;
     if (out) writeTrajectory();
   });
-  files.push_back({arguments.list, formatCount(closer.records().size(), "pair")});
+  files.push_back({arguments.list, formatCount(list.size(), "pair")});
   return files;
 }
 
@@ -168,6 +166,14 @@ Pass closeLoops(ros_interface::RgbdBag& bag, const Arguments& arguments,
   return pass;
 }
 
+/// Adds the pairs of a pass, numbered from 1.
+void listPairs(const loops::LoopCloser& closer, int pass, nlohmann::json& list) {
+  for (const auto& record : closer.records()) {
+    list.push_back(toJson(record, closer));
+    list.back()["pass"] = pass;
+  }
+}
+
 Trajectory computeCorrected(const Pass& pass) {
   const auto correction =
       trajectory::computeCorrection(pass.closer.keyframes(), pass.closer.correctedKeyframes());
@@ -189,14 +195,17 @@ void run(const Arguments& arguments) {
                              std::to_string(bag.numColorImages()) + " colour images could be used");
   }
   const Trajectory odometry = pass.poses;
-  Trajectory corrected = computeCorrected(pass);
-  for (int i = 1; i < arguments.passes; ++i) {
-    pass = closeLoops(bag, arguments, input.world_frame, &corrected);
+  nlohmann::json list = nlohmann::json::array();
+  Trajectory corrected = odometry;
+  for (int i = 1; i <= arguments.passes; ++i) {
+    if (i > 1) pass = closeLoops(bag, arguments, input.world_frame, &corrected);
     corrected = computeCorrected(pass);
+    if (arguments.passes > 1) std::cout << "pass " << i << ": ";
+    printOutcomes(pass.closer);
+    listPairs(pass.closer, i, list);
   }
-  printOutcomes(pass.closer);
   if (truth) printError(*truth, odometry, corrected);
-  std::cout << describeWritten({}, writeFiles(arguments, pass.closer, corrected)) << '\n';
+  std::cout << describeWritten({}, writeFiles(arguments, list, corrected)) << '\n';
 }
 
 }  // namespace

@@ -270,8 +270,9 @@ TEST(ObjectScores, CenterErrorIsOfTheNearestOfATasksObjects) {
                                         makeEstimate(makeBox({5, 0, 0.4}), {0.3, 0.1}),
                                         makeEstimate(makeBox({9, 3, 0}), {0.1, 0.3})};
   const auto scores = computeObjectScores(truth, estimates, ScoreMode::kPaper);
-  EXPECT_NEAR(scores.center_error_m, 0.4, kTolerance) << "median of 0.1, 0.4 and 3";
-  EXPECT_EQ(computeObjectScores(truth, {}, ScoreMode::kPaper).center_error_m, 0.0);
+  ASSERT_TRUE(scores.center_error_m);
+  EXPECT_NEAR(*scores.center_error_m, 0.4, kTolerance) << "median of 0.1, 0.4 and 3";
+  EXPECT_FALSE(computeObjectScores(truth, {}, ScoreMode::kPaper).center_error_m);
 }
 
 }  // namespace
