@@ -25,7 +25,7 @@ def parse_arguments():
     parser = argparse.ArgumentParser(
         prog="scripts/benchmark",
         description="Scores this package and its baselines against worlds with a known truth. "
-                    "Writes results, report.md and report.png; goes on where it was stopped.")
+                    "Writes results, report.md, report.png and curves.png; goes on where it was stopped.")
     parser.add_argument("--output", default="output/benchmark", help="folder (output/benchmark)")
     parser.add_argument("--suite", choices=sorted(SUITES), default="small",
                         help="smoke: the first seconds of one apartment; small: one apartment, two "
