@@ -218,10 +218,10 @@ void FloorMap::addWay(const VoxelMap& voxels, const WayMap& way, const TileIndex
   }
 }
 
-/// True if a column beside it has ground below and none that a step would reach.
-bool FloorMap::isCliffEdge(const TilesAround<Tile>& around, const Column& column,
-                           float height_m) const {
-  const auto max_step_m = static_cast<float>(config_.max_step_m);
+/// True if a column beside it has ground below and none that so many steps would reach.
+bool FloorMap::isCliffEdge(const TilesAround<Tile>& around, const Column& column, float height_m,
+                           int num_steps) const {
+  const auto max_step_m = static_cast<float>(num_steps * config_.max_step_m);
   for (int i = 0; i < 9; ++i) {
     const Column beside{column.x + i % 3 - 1, column.y + i / 3 - 1};
     const Tile* tile = around.find(beside);
@@ -235,6 +235,25 @@ bool FloorMap::isCliffEdge(const TilesAround<Tile>& around, const Column& column
       has_lower = has_lower || rise_m < -max_step_m;
     }
     if (has_lower && !has_level) return true;
+  }
+  return false;
+}
+
+/// True if floor lies beside it, a step away at most.
+bool FloorMap::isBesideFloor(const TilesAround<Tile>& around, const Column& column,
+                             float height_m) const {
+  const auto max_step_m = static_cast<float>(config_.max_step_m);
+  for (int i = 0; i < 9; ++i) {
+    const Column beside{column.x + i % 3 - 1, column.y + i / 3 - 1};
+    const Tile* tile = around.find(beside);
+    if (tile == nullptr) continue;
+    const auto offset = static_cast<std::size_t>(computeOffset(beside));
+    for (int n = tile->begin[offset]; n < tile->begin[offset + 1]; ++n) {
+      const GroundNode& node = tile->nodes[static_cast<std::size_t>(n)];
+      const bool is_floor =
+          node.patch >= 0 && tile->patches[static_cast<std::size_t>(node.patch)].is_floor;
+      if (is_floor && std::abs(node.height_m - height_m) <= max_step_m) return true;
+    }
   }
   return false;
 }
@@ -268,13 +287,14 @@ bool FloorMap::isSteep(const TilesAround<Tile>& around, const Column& column,
 bool FloorMap::makePatches(const TileIndex& index) {
   Tile& tile = tiles_.at(index);
   const TilesAround<Tile> around(tiles_, index);
-  std::vector<int> before;
+  std::vector<std::pair<int, bool>> before;
   for (GroundNode& node : tile.nodes) {
-    before.push_back(node.patch);
+    before.emplace_back(node.patch, node.is_drop);
     const Column column = computeColumn(index, node.offset);
-    const bool is_ground = node.is_walked || (!isCliffEdge(around, column, node.height_m) &&
+    const bool is_ground = node.is_walked || (!isCliffEdge(around, column, node.height_m, 1) &&
                                               !isSteep(around, column, node.height_m));
     node.patch = is_ground ? -2 : -1;
+    node.is_drop = !is_ground && isCliffEdge(around, column, node.height_m, 2);
   }
   const std::vector<Patch> old = std::move(tile.patches);
   tile.patches.clear();
@@ -283,7 +303,8 @@ bool FloorMap::makePatches(const TileIndex& index) {
   }
   bool is_same = old.size() == tile.patches.size();
   for (std::size_t n = 0; n < tile.nodes.size(); ++n) {
-    is_same = is_same && before[n] == tile.nodes[n].patch;
+    const GroundNode& node = tile.nodes[n];
+    is_same = is_same && before[n] == std::pair(node.patch, node.is_drop);
   }
   if (is_same) {
     for (std::size_t p = 0; p < old.size(); ++p) {

@@ -21,6 +21,7 @@ struct GroundNode {
   bool is_walked = false;
   bool is_axis = false;  ///< the middle of the body was here
   int patch = -1;        ///< that it belongs to; -1 = at the edge of a drop, no floor
+  bool is_drop = false;  ///< an edge beside which the ground lies more than two steps lower
   bool is_ramp = false;  ///< the way climbs here, over steps of which not all need have been seen
 };
 
@@ -59,6 +60,19 @@ class FloorMap {
     }
   }
 
+  /// Calls `visit(node)` for the edges of floor beside which it goes down by more than two steps
+  /// and where nobody walked, by column, then by height.
+  template <typename Visit>
+  void forEachDrop(const TileIndex& index, Visit visit) const {
+    const auto found = tiles_.find(index);
+    if (found == tiles_.end()) return;
+    const TilesAround<Tile> around(tiles_, index);
+    for (const GroundNode& node : found->second.nodes) {
+      if (node.is_drop && isBesideFloor(around, computeColumn(index, node.offset), node.height_m))
+        visit(node);
+    }
+  }
+
  private:
   /// Nodes of one tile that hang together.
   struct Patch {
@@ -84,7 +98,9 @@ class FloorMap {
   bool makeNodes(const VoxelMap& voxels, const WayMap& way, const TileIndex& index);
   void addWay(const VoxelMap& voxels, const WayMap& way, const TileIndex& index,
               std::vector<GroundNode>& nodes) const;
-  bool isCliffEdge(const TilesAround<Tile>& around, const Column& column, float height_m) const;
+  bool isCliffEdge(const TilesAround<Tile>& around, const Column& column, float height_m,
+                   int num_steps) const;
+  bool isBesideFloor(const TilesAround<Tile>& around, const Column& column, float height_m) const;
   bool isSteep(const TilesAround<Tile>& around, const Column& column, float height_m) const;
   bool makePatches(const TileIndex& index);
   void spreadPatch(Tile& tile, std::size_t seed) const;

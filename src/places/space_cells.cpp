@@ -165,6 +165,13 @@ std::vector<SpaceCell> readPlanTile(const TileIndex& index, const FloorMap& floo
     cells.push_back(cell);
     levels_m[static_cast<std::size_t>(node.offset)].push_back(node.height_m);
   });
+  floors.forEachDrop(index, [&](const GroundNode& node) {
+    SpaceCell cell;
+    cell.offset = static_cast<std::uint8_t>(node.offset);
+    cell.level_m = node.height_m;
+    cells.push_back(cell);
+    levels_m[static_cast<std::size_t>(node.offset)].push_back(node.height_m);
+  });
   for (int i = 0; i < kTileColumns; ++i) {
     reader.addColumn(i, nearest, levels_m[static_cast<std::size_t>(i)], cells);
   }

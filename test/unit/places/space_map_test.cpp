@@ -117,5 +117,23 @@ TEST(FreeLine, EndsAtAWallAndHasTheNarrowestClearanceOtherwise) {
   EXPECT_NEAR(follow({10, 25, 0}, {50, 25, 0}).clearance_m, 0.5, 0.1);
 }
 
+TEST(SpaceMap, KeepsItsDistanceFromWhereTheFloorGoesDown) {
+  // A floor 1 m above another one, 5 m x 8 m; and one that is a single step lower
+  for (const double fall_m : {1.0, 0.15}) {
+    SCOPED_TRACE(fall_m);
+    BoxWorld world;
+    world.addFloor(0, 0, 10, 8).add({0, 0, -0.3}, {5, 8, fall_m});
+    const SeenWorld seen(world, makeAabb({-1, -1, -0.5}, {11, 9, 3.5}));
+    const PlanCell* cell = seen.extractor.plan().find({40, 40}, fall_m, 0.1);
+    ASSERT_NE(cell, nullptr);
+    EXPECT_TRUE(cell->isFree());
+    if (fall_m > 0.4) {
+      EXPECT_NEAR(cell->clearance_m, 0.95F, 0.11F);
+    } else {
+      EXPECT_GT(cell->clearance_m, 3.0F);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tsg::places
