@@ -6,6 +6,9 @@ if(TSG_SANITIZE STREQUAL "address")
   # Conversions of what does not fit (NaN to int) are undefined as well, but not in GCC's group. vptr
   # needs the type information of ROS's own libraries, which are linked without.
   set(TSG_SANITIZERS address,undefined,float-cast-overflow)
+  # With this sanitizer Eigen pads what malloc gives, PCL's libraries, built without it, do not: what they allocate in a
+  # template of both would be freed another way.
+  add_compile_definitions(EIGEN_MALLOC_ALREADY_ALIGNED=1)
 elseif(TSG_SANITIZE STREQUAL "thread")
   set(TSG_SANITIZERS thread)
 elseif(TSG_SANITIZE)
