@@ -7,21 +7,30 @@ from .report import order, pick
 from .worlds import LEVELS
 
 
-def draw(results, folder):
-    """Writes report.png and curves.png. @returns the names; none without matplotlib or results."""
+def find_pyplot():
+    """None without matplotlib."""
     try:
         import matplotlib
     except ImportError:
-        return []
-    if not results:
-        return []
+        return None
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
+    return plt
+
+
+def save(plt, figure, path):
+    figure.tight_layout()
+    figure.savefig(path, dpi=110)
+    plt.close(figure)
+
+
+def draw(results, folder):
+    """Writes report.png and curves.png. @returns the names; none without matplotlib or results."""
+    plt = find_pyplot()
+    if plt is None or not results:
+        return []
     for name, plot in (("report.png", plot_bars), ("curves.png", plot_curves)):
-        figure = plot(plt, results)
-        figure.tight_layout()
-        figure.savefig(os.path.join(folder, name), dpi=110)
-        plt.close(figure)
+        save(plt, plot(plt, results), os.path.join(folder, name))
     return ["report.png", "curves.png"]
 
 
@@ -107,7 +116,7 @@ def plot_precision_recall(panel, by_method):
 def plot_kept(panel, by_method):
     for method in order(by_method):
         rows = by_method[method]
-        kept = [pick(row, ("num_objects",)) / max(1, pick(row, ("num_true",)) or 1) for row in rows]
+        kept = [pick(row, ("num_objects",)) / (pick(row, ("num_true",)) or 1) for row in rows]
         scores = [pick(row, ("strict", "f1")) for row in rows]
         mean = (sum(kept) / len(kept), sum(scores) / len(scores))
         panel.plot(*mean, marker="o", color="tab:blue" if method.startswith("clio") else "0.4")

@@ -6,7 +6,7 @@ those of the tracker on maps of their own."""
 import collections
 import os
 
-from . import chain, methods, results
+from . import chain, figures, methods, results
 
 # default: None where the default is none of the values (the tracker's learned cosine).
 # options: of cluster_scene_graph, for a value; config: what process_bag's --config holds, likewise.
@@ -141,12 +141,9 @@ def plot_parameter(panel, parameter, by_value):
 
 def plot(rows, path):
     """A panel for each parameter. Returns False without matplotlib."""
-    try:
-        import matplotlib
-    except ImportError:
+    plt = figures.find_pyplot()
+    if plt is None:
         return False
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
     studied = [(parameter, collect(rows, parameter)) for parameter in PARAMETERS]
     studied = [(parameter, by_value) for parameter, by_value in studied if by_value]
     if not studied:
@@ -160,9 +157,7 @@ def plot(rows, path):
         plot_parameter(panel, parameter, by_value)
     for row in panels:
         row[0].set_ylabel("strict F1 (dashed: objects)", fontsize=8)
-    figure.tight_layout()
-    figure.savefig(path, dpi=110)
-    plt.close(figure)
+    figures.save(plt, figure, path)
     return True
 
 

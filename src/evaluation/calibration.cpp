@@ -5,7 +5,6 @@
 #include <cmath>
 #include <map>
 #include <optional>
-#include <set>
 #include <stdexcept>
 #include <string>
 
@@ -33,6 +32,9 @@ double computeSeparation(std::vector<ScoredObject> objects) {
   const double pairs = num_right * wrong_below;
   return pairs > 0.0 ? ordered / pairs : 0.5;
 }
+
+/// Number of the step that a score has reached; what is on it but for rounding has.
+double findStep(double score, double step) { return std::floor(score / step + 1e-9); }
 
 bool isRight(const RotatedBox& object, const RotatedBox& thing) {
   return thing.contains(object.center_m) && object.contains(thing.center_m);
@@ -93,7 +95,7 @@ Calibration computeCalibration(const std::vector<ScoredObject>& objects, double 
   }
   std::map<double, CalibrationBin> bins;
   for (const ScoredObject& object : objects) {
-    const double index = std::floor(object.score / bin_width + 1e-9);
+    const double index = findStep(object.score, bin_width);
     CalibrationBin& bin = bins[index];
     bin.low = index * bin_width;
     ++bin.num_objects;
@@ -122,12 +124,14 @@ std::vector<CurvePoint> computePrecisionRecall(const std::vector<TaskTruth>& tru
   const auto toShare = [](auto part, std::size_t whole) {
     return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
   };
-  std::set<double> steps;
-  for (const ScoredObject& object : objects) steps.insert(std::floor(object.score / step + 1e-9));
   std::vector<CurvePoint> curve;
-  if (steps.empty()) return curve;
-  for (double index = *steps.begin(); index <= *steps.rbegin(); index += 1.0) {
-    const auto isLeft = [&](double score) { return std::floor(score / step + 1e-9) >= index; };
+  if (objects.empty()) return curve;
+  const auto [lowest, highest] = std::minmax_element(
+      objects.begin(), objects.end(),
+      [](const ScoredObject& a, const ScoredObject& b) { return a.score < b.score; });
+  const double last = findStep(highest->score, step);
+  for (double index = findStep(lowest->score, step); index <= last; index += 1.0) {
+    const auto isLeft = [&](double score) { return findStep(score, step) >= index; };
     std::size_t num_left = 0;
     std::size_t num_right = 0;
     for (const ScoredObject& object : objects) {

@@ -6,6 +6,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "median.h"
 #include "task_scene_graph/planning/planner.h"
 
 namespace tsg::evaluation {
@@ -159,11 +160,8 @@ void addUp(GoalScores& scores) {
     *share /= count;
   }
   if (ratios.empty()) return;
-  std::sort(ratios.begin(), ratios.end());
-  const std::size_t middle = ratios.size() / 2;
-  scores.median_ratio =
-      ratios.size() % 2 == 1 ? ratios[middle] : 0.5 * (ratios[middle - 1] + ratios[middle]);
-  scores.max_ratio = ratios.back();
+  scores.median_ratio = *computeMedian(ratios);
+  scores.max_ratio = *std::max_element(ratios.begin(), ratios.end());
 }
 
 }  // namespace

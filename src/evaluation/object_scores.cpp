@@ -6,6 +6,8 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "median.h"
+
 namespace tsg::evaluation {
 namespace {
 
@@ -120,13 +122,6 @@ void appendCenterErrors(const std::vector<const RotatedBox*>& estimates,
     }
     errors_m.push_back(nearest_m);
   }
-}
-
-std::optional<double> computeMedian(std::vector<double> values) {
-  if (values.empty()) return std::nullopt;
-  std::sort(values.begin(), values.end());
-  const std::size_t half = values.size() / 2;
-  return values.size() % 2 == 1 ? values[half] : (values[half - 1] + values[half]) / 2.0;
 }
 
 TaskCounts count(const TaskTruth& truth, const std::vector<Estimate>& estimates, Eigen::Index task,

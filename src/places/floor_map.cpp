@@ -182,23 +182,22 @@ bool FloorMap::makeNodes(const VoxelMap& voxels, const WayMap& way, const TileIn
 /// in place of the steps under it, of which some were seen and some were not: a ramp without gaps.
 void FloorMap::addWay(const VoxelMap& voxels, const WayMap& way, const TileIndex& index,
                       std::vector<GroundNode>& nodes) const {
-  const std::vector<GroundNode> observed = nodes;
+  std::size_t num_observed = nodes.size();  // they come first
   const TileVoxels tile_voxels(voxels, index);
   for (const WayCell& cell : way.cellsAt(index)) {
     const double slope_m = cell.climbs(config_.max_step_m) ? cell.top_m - cell.level_m : 0.0;
-    const auto isUnder = [&](const GroundNode& node) {
-      const double away_m = std::abs(static_cast<double>(node.height_m) - cell.level_m);
-      return node.offset == cell.offset && away_m <= config_.max_step_m + slope_m;
+    const auto away_m = [&](const GroundNode& node) {
+      return std::abs(static_cast<double>(node.height_m) - cell.level_m);
     };
-    if (slope_m == 0.0 && std::any_of(observed.begin(), observed.end(), isUnder)) {
-      const auto nearest = std::min_element(
-          nodes.begin(), nodes.end(), [&](const GroundNode& a, const GroundNode& b) {
-            const auto away = [&](const GroundNode& node) {
-              return std::pair(!isUnder(node),
-                               std::abs(node.height_m - static_cast<float>(cell.level_m)));
-            };
-            return away(a) < away(b);
-          });
+    const auto isUnder = [&](const GroundNode& node) {
+      return node.offset == cell.offset && away_m(node) <= config_.max_step_m + slope_m;
+    };
+    GroundNode* nearest = nullptr;
+    for (std::size_t i = 0; slope_m == 0.0 && i < num_observed; ++i) {
+      if (!isUnder(nodes[i])) continue;
+      if (nearest == nullptr || away_m(nodes[i]) < away_m(*nearest)) nearest = &nodes[i];
+    }
+    if (nearest != nullptr) {
       nearest->is_walked = true;
       nearest->is_axis = nearest->is_axis || cell.is_axis;
       continue;
@@ -207,6 +206,8 @@ void FloorMap::addWay(const VoxelMap& voxels, const WayMap& way, const TileIndex
         findSolid(tile_voxels, cell.offset, cell.level_m + slope_m + config_.max_step_m,
                   cell.level_m + config_.body_height_m);
     if (!cell.is_axis && isSolid(solid_m)) continue;
+    const auto end_observed = nodes.begin() + static_cast<std::ptrdiff_t>(num_observed);
+    num_observed -= static_cast<std::size_t>(std::count_if(nodes.begin(), end_observed, isUnder));
     nodes.erase(std::remove_if(nodes.begin(), nodes.end(), isUnder), nodes.end());
     GroundNode node;
     node.offset = cell.offset;
@@ -235,25 +236,6 @@ bool FloorMap::isCliffEdge(const TilesAround<Tile>& around, const Column& column
       has_lower = has_lower || rise_m < -max_step_m;
     }
     if (has_lower && !has_level) return true;
-  }
-  return false;
-}
-
-/// True if floor lies beside it, a step away at most.
-bool FloorMap::isBesideFloor(const TilesAround<Tile>& around, const Column& column,
-                             float height_m) const {
-  const auto max_step_m = static_cast<float>(config_.max_step_m);
-  for (int i = 0; i < 9; ++i) {
-    const Column beside{column.x + i % 3 - 1, column.y + i / 3 - 1};
-    const Tile* tile = around.find(beside);
-    if (tile == nullptr) continue;
-    const auto offset = static_cast<std::size_t>(computeOffset(beside));
-    for (int n = tile->begin[offset]; n < tile->begin[offset + 1]; ++n) {
-      const GroundNode& node = tile->nodes[static_cast<std::size_t>(n)];
-      const bool is_floor =
-          node.patch >= 0 && tile->patches[static_cast<std::size_t>(node.patch)].is_floor;
-      if (is_floor && std::abs(node.height_m - height_m) <= max_step_m) return true;
-    }
   }
   return false;
 }
@@ -353,6 +335,16 @@ void FloorMap::forEachReached(const Column& column, float height_m, Visit visit)
     if (node.patch < 0 || std::abs(node.height_m - height_m) > max_step_m) continue;
     visit(PatchRef{index, node.patch});
   }
+}
+
+/// True if floor lies beside it, a step away at most.
+bool FloorMap::isBesideFloor(const Column& column, float height_m) const {
+  bool is_beside = false;
+  for (int i = 0; i < 9; ++i) {
+    forEachReached({column.x + i % 3 - 1, column.y + i / 3 - 1}, height_m,
+                   [&](const PatchRef& ref) { is_beside = is_beside || patchAt(ref).is_floor; });
+  }
+  return is_beside;
 }
 
 /// Patches of the tiles beside that hang together with this one.

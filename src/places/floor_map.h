@@ -66,9 +66,8 @@ class FloorMap {
   void forEachDrop(const TileIndex& index, Visit visit) const {
     const auto found = tiles_.find(index);
     if (found == tiles_.end()) return;
-    const TilesAround<Tile> around(tiles_, index);
     for (const GroundNode& node : found->second.nodes) {
-      if (node.is_drop && isBesideFloor(around, computeColumn(index, node.offset), node.height_m))
+      if (node.is_drop && isBesideFloor(computeColumn(index, node.offset), node.height_m))
         visit(node);
     }
   }
@@ -100,7 +99,7 @@ class FloorMap {
               std::vector<GroundNode>& nodes) const;
   bool isCliffEdge(const TilesAround<Tile>& around, const Column& column, float height_m,
                    int num_steps) const;
-  bool isBesideFloor(const TilesAround<Tile>& around, const Column& column, float height_m) const;
+  bool isBesideFloor(const Column& column, float height_m) const;
   bool isSteep(const TilesAround<Tile>& around, const Column& column, float height_m) const;
   bool makePatches(const TileIndex& index);
   void spreadPatch(Tile& tile, std::size_t seed) const;

@@ -10,6 +10,7 @@
 
 #include "box_world.h"
 #include "layers.h"
+#include "places/floor_map.h"
 #include "places/way_map.h"
 #include "sparse_config.h"
 
@@ -195,6 +196,42 @@ TEST(Way, OverStairsIsARampWithoutGapsAndAsWideAsTheyAre) {
     EXPECT_NEAR(static_cast<double>(cell->floor_m), before_m, 0.2);
     before_m = static_cast<double>(cell->floor_m);
   }
+}
+
+TEST(Way, OverARampMarksNoGroundBesideIt) {
+  // Up a slope that passes under a floor seen at 1.4 m, and later level above that floor.
+  BoxWorld world;
+  world.addFloor(0, 0, 6, 6, 1.4);
+  PlacesConfig config = makeSparseConfig();
+  config.camera_height_m = kCameraHeight_m;
+  mapping::TsdfVolume volume(kVoxel_m);
+  VoxelMap voxels;
+  const auto blocks = test::observe(world, makeAabb({-1, -1, 0.8}, {7, 7, 4}), volume);
+  const auto changed = voxels.copyBlocks(volume, blocks);
+  const TileSet tiles(changed.begin(), changed.end());
+  WayMap way(config);
+  for (const CameraPose& pose :
+       test::walk({2.0, 2.05, 0.7 + kCameraHeight_m}, {2.8, 2.05, 1.3 + kCameraHeight_m})) {
+    way.addPose(pose);
+  }
+  for (const CameraPose& pose : test::walk({2.0, 2.05, 1.55 + kCameraHeight_m},
+                                           {2.8, 2.05, 1.55 + kCameraHeight_m}, 100.0)) {
+    way.addPose(pose);
+  }
+  way.update(kVoxel_m, [](const Eigen::Vector3d&) { return std::vector<float>{}; });
+  FloorMap floors(config);
+  floors.readGround(voxels, tiles);
+  floors.update(voxels, way, tiles);
+  int num_walked = 0;
+  for (const TileIndex& index : tiles) {
+    floors.forEachFloor(index, [&](const GroundNode& node) {
+      const Column column = computeColumn(index, node.offset);
+      const double off_m = std::abs((column.y + 0.5) * kVoxel_m - 2.05);
+      num_walked += node.is_walked ? 1 : 0;
+      EXPECT_TRUE(!node.is_walked || off_m < 0.3) << column.x << " " << column.y;
+    });
+  }
+  EXPECT_GT(num_walked, 5);
 }
 
 TEST(Way, NeedsPosesThatFollowOneAnother) {
