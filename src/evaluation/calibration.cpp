@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "agreement.h"
+
 namespace tsg::evaluation {
 namespace {
 
@@ -36,10 +38,6 @@ double computeSeparation(std::vector<ScoredObject> objects) {
 /// Number of the step that a score has reached; what is on it but for rounding has.
 double findStep(double score, double step) { return std::floor(score / step + 1e-9); }
 
-bool isRight(const RotatedBox& object, const RotatedBox& thing) {
-  return thing.contains(object.center_m) && object.contains(thing.center_m);
-}
-
 Eigen::Index findTask(const std::vector<TaskTruth>& truth, const Estimate& estimate) {
   if (truth.empty() || static_cast<std::size_t>(estimate.cosines.size()) != truth.size()) {
     throw std::invalid_argument("an object has " + std::to_string(estimate.cosines.size()) +
@@ -63,7 +61,7 @@ std::vector<double> scoreThings(const std::vector<TaskTruth>& truth,
     for (const RotatedBox& thing : truth[task].boxes) {
       std::optional<double> best;
       for (std::size_t i = 0; i < estimates.size(); ++i) {
-        if (tasks[i] != task || !isRight(estimates[i].box, thing)) continue;
+        if (tasks[i] != task || !compareBoxes(estimates[i].box, thing).is_strict) continue;
         best = std::max(best.value_or(-1.0), estimates[i].cosines.maxCoeff());
       }
       if (best) scores.push_back(*best);
@@ -82,7 +80,7 @@ std::vector<ScoredObject> judgeObjects(const std::vector<TaskTruth>& truth,
     ScoredObject object;
     object.score = estimate.cosines.maxCoeff();
     object.is_right = std::any_of(boxes.begin(), boxes.end(), [&](const RotatedBox& box) {
-      return isRight(estimate.box, box);
+      return compareBoxes(estimate.box, box).is_strict;
     });
     objects.push_back(object);
   }

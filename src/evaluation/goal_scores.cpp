@@ -6,6 +6,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "agreement.h"
 #include "median.h"
 #include "task_scene_graph/planning/planner.h"
 
@@ -100,8 +101,7 @@ const RotatedBox* findThing(const RotatedBox& box, const std::vector<RotatedBox>
   const RotatedBox* best = nullptr;
   double best_iou = -1.0;
   for (const RotatedBox& thing : things) {
-    const bool agrees = box.contains(thing.center_m) || thing.contains(box.center_m);
-    const double iou = agrees ? computeIou(box, thing) : -1.0;
+    const double iou = compareBoxes(box, thing).is_relaxed ? computeIou(box, thing) : -1.0;
     if (iou > best_iou) best = &thing;
     best_iou = std::max(best_iou, iou);
   }
@@ -119,8 +119,7 @@ GoalRow judge(const TaskTruth& task, const Estimate* estimate, const Planner& pl
   if (estimate == nullptr) return row;
   if (const RotatedBox* thing = findThing(estimate->box, task.boxes)) {
     row.is_right = true;
-    row.is_strict =
-        estimate->box.contains(thing->center_m) && thing->contains(estimate->box.center_m);
+    row.is_strict = compareBoxes(estimate->box, *thing).is_strict;
     row.shortest_m = ways.findLength(*thing);
   }
   const double radius_m = map.planner.robot_radius_m;

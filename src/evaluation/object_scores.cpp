@@ -6,17 +6,13 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "agreement.h"
 #include "median.h"
 
 namespace tsg::evaluation {
 namespace {
 
 constexpr double kNearBest = 0.9;  // of the best cosine, [Clio24, Sec. V-A]
-
-struct Agreement {
-  bool is_strict = false;
-  bool is_relaxed = false;
-};
 
 RotatedBox asReleased(const RotatedBox& box) {
   return {box.center_m, 2.0 * box.size_m, Eigen::Matrix3d::Identity()};
@@ -28,9 +24,7 @@ Agreement compare(const RotatedBox& estimate, const RotatedBox& truth, ScoreMode
     const bool is_held = asReleased(truth).contains(estimate.center_m);
     return {holds_truth && is_held, holds_truth};
   }
-  const bool holds_truth = estimate.contains(truth.center_m);
-  const bool is_held = truth.contains(estimate.center_m);
-  return {holds_truth && is_held, holds_truth || is_held};
+  return compareBoxes(estimate, truth);
 }
 
 struct Matches {

@@ -301,7 +301,12 @@ Mesh loadMesh(const std::string& path) {
     }
     for (std::size_t j = 0; j < element.count; ++j) file.readRow(element, j, row);
   }
-  if (mesh.isEmpty()) file.fail("has no faces, expected a mesh");
+  return mesh;
+}
+
+Mesh loadTrueMesh(const std::string& path) {
+  Mesh mesh = loadMesh(path);
+  if (mesh.isEmpty()) PlyFile(path).fail("has no faces, expected a mesh");
   return mesh;
 }
 

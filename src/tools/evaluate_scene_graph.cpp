@@ -337,15 +337,13 @@ nlohmann::json reportClasses(const Arguments& arguments, const std::vector<FileO
 
 /// Null where the map's mesh has no faces.
 nlohmann::json reportMesh(const std::string& map_mesh, const std::string& true_mesh) {
-  Mesh mesh;
-  try {
-    mesh = evaluation::loadMesh(map_mesh);
-  } catch (const std::exception& error) {
-    std::printf("\nmesh\n  not scored: %s\n", error.what());
+  const Mesh mesh = evaluation::loadMesh(map_mesh);
+  if (mesh.isEmpty()) {
+    std::printf("\nmesh\n  not scored: '%s' has no faces\n", map_mesh.c_str());
     return nullptr;
   }
   const evaluation::MeshScores scores =
-      evaluation::computeMeshScores(mesh, evaluation::loadMesh(true_mesh));
+      evaluation::computeMeshScores(mesh, evaluation::loadTrueMesh(true_mesh));
   std::printf(
       "\nmesh\n  %zu vertices: off the true surfaces by %.3f m (mean), %.3f m (root mean square), "
       "%.3f m (95 %%); %.3f of them by 0.05 m at most\n",

@@ -50,7 +50,7 @@ inline evaluation::GoalScores scoreGoals(const GoalInputs& inputs,
   config.max_step_m = places.max_step_m;
   const Eigen::Vector3d start_m = findWalkStart(map, inputs.map);
   const auto floor =
-      evaluation::computeTrueFloor(evaluation::loadMesh(inputs.mesh), start_m, config);
+      evaluation::computeTrueFloor(evaluation::loadTrueMesh(inputs.mesh), start_m, config);
   return evaluation::computeGoalScores(truth, estimates, ways, floor, start_m);
 }
 

@@ -18,9 +18,12 @@ struct TrueFloorConfig {
 };
 
 /// Vertices and faces of a PLY file; faces of more than three corners become fans of triangles.
-/// Colours are left out.
+/// Colours are left out. A map whose walk saw no surface has a mesh without faces.
 /// @throws std::runtime_error naming the file, what was found and what was expected.
 Mesh loadMesh(const std::string& path);
+
+/// The same of what there must be something of. @throws also where it has no faces.
+Mesh loadTrueMesh(const std::string& path);
 
 /// The floor that can be walked to from a point: of each cell the highest surface at most a step
 /// above or below a neighbour's, free where no surface is between a step and the body's height

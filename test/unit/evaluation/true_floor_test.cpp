@@ -127,7 +127,7 @@ TEST(TrueFloor, MeshesAreReadBackAndBadOnesNamed) {
   const auto failOf = [&](const std::string& text) -> std::string {
     std::ofstream(path) << text;
     try {
-      loadMesh(path.string());
+      loadTrueMesh(path.string());
     } catch (const std::runtime_error& error) {
       return error.what();
     }
@@ -142,6 +142,7 @@ TEST(TrueFloor, MeshesAreReadBackAndBadOnesNamed) {
   EXPECT_NE(failOf(head + "3 0 1 4\n").find("names vertex 4"), std::string::npos);
   EXPECT_NE(failOf(head + "3 0 1\n").find("ends at face 0"), std::string::npos);
   EXPECT_NE(failOf(head + "0\n").find("has no faces"), std::string::npos);
+  EXPECT_TRUE(loadMesh(path.string()).isEmpty());
 }
 
 }  // namespace
