@@ -8,11 +8,9 @@
 
 namespace tsg::bottleneck {
 
+/// The primitives whose components have to be found anew, ascending by key.
 std::vector<Slot> ClusteringState::dissolve(const PrimitiveGraph::Touched& touched) {
   std::vector<Slot> loose;
-  for (const Slot slot : touched.slots) {
-    if (graph_[slot].is_alive && graph_[slot].component == kNoSlot) loose.push_back(slot);
-  }
   for (const ComponentIndex index : touched.components) {
     const Component& component = dissolved_[index] = components_.release(index);
     for (const Slot slot : component.nodes) {
@@ -23,28 +21,44 @@ std::vector<Slot> ClusteringState::dissolve(const PrimitiveGraph::Touched& touch
     }
     former_.insert(former_.end(), component.clusters.begin(), component.clusters.end());
   }
+  for (const Slot slot : touched.slots) {
+    const auto& primitive = graph_[slot];
+    const bool is_new = primitive.is_alive && primitive.component == kNoSlot &&
+                        primitive.former_component == kNoSlot;
+    if (is_new) loose.push_back(slot);
+  }
+  const auto isBefore = [this](Slot a, Slot b) { return graph_[a].key < graph_[b].key; };
+  if (!std::is_sorted(loose.begin(), loose.end(), isBefore)) {  // one component, newer keys: is
+    std::sort(loose.begin(), loose.end(), isBefore);
+  }
   return loose;
 }
 
+/// Each ascending by key, in which order `loose` is. Neighbours of loose primitives are loose.
 std::vector<std::vector<Slot>> ClusteringState::findComponents(const std::vector<Slot>& loose) {
-  std::vector<std::vector<Slot>> parts;
+  std::uint32_t num_parts = 0;
   local_.resize(std::max<std::size_t>(local_.size(), graph_.tableSize()), kNoSlot);
   for (const Slot slot : loose) local_[slot] = kNoSlot;  // not reached yet
   for (const Slot seed : loose) {
     if (local_[seed] != kNoSlot) continue;
-    std::vector<Slot> nodes{seed};
-    local_[seed] = 0;
-    for (std::size_t i = 0; i < nodes.size(); ++i) {
-      for (const Slot neighbour : graph_[nodes[i]].neighbours) {
+    const std::uint32_t part = num_parts++;
+    std::vector<Slot> reached{seed};
+    local_[seed] = part;
+    while (!reached.empty()) {
+      const Slot slot = reached.back();
+      reached.pop_back();
+      for (const Slot neighbour : graph_[slot].neighbours) {
         if (local_[neighbour] != kNoSlot) continue;
-        local_[neighbour] = 0;
-        nodes.push_back(neighbour);
+        local_[neighbour] = part;
+        reached.push_back(neighbour);
       }
     }
-    std::sort(nodes.begin(), nodes.end(),
-              [this](Slot a, Slot b) { return graph_[a].key < graph_[b].key; });
-    for (std::uint32_t i = 0; i < nodes.size(); ++i) local_[nodes[i]] = i;
-    parts.push_back(std::move(nodes));
+  }
+  std::vector<std::vector<Slot>> parts(num_parts);
+  for (const Slot slot : loose) {
+    std::vector<Slot>& nodes = parts[local_[slot]];
+    local_[slot] = static_cast<std::uint32_t>(nodes.size());
+    nodes.push_back(slot);
   }
   return parts;
 }

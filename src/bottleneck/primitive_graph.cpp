@@ -9,14 +9,17 @@
 namespace tsg::bottleneck {
 namespace {
 
-bool insertSorted(std::vector<Slot>& list, Slot value) {
+using Neighbours = PrimitiveGraph::Neighbours;
+
+bool insertSorted(Neighbours& list, Slot value) {
   const auto place = std::lower_bound(list.begin(), list.end(), value);
   if (place != list.end() && *place == value) return false;
   list.insert(place, value);
   return true;
 }
 
-bool eraseSorted(std::vector<Slot>& list, Slot value) {
+template <typename List>
+bool eraseSorted(List& list, Slot value) {
   const auto place = std::lower_bound(list.begin(), list.end(), value);
   if (place == list.end() || *place != value) return false;
   list.erase(place);
@@ -74,7 +77,7 @@ void PrimitiveGraph::erase(Slot slot) {
   markTouched(slot);
   unindexBox(slot);
   table_[slot].is_changed = true;
-  const std::vector<Slot> neighbours = table_[slot].neighbours;
+  const Neighbours neighbours = table_[slot].neighbours;
   for (const Slot neighbour : neighbours) unlink(slot, neighbour);
   slots_.erase(table_[slot].key);
   table_[slot] = Primitive();
@@ -116,7 +119,7 @@ void PrimitiveGraph::updateAdjacency() {
 }
 
 void PrimitiveGraph::relink(Slot slot, const std::vector<Slot>& overlapping) {
-  const std::vector<Slot> former = table_[slot].neighbours;
+  const Neighbours former = table_[slot].neighbours;
   std::vector<Slot> changed;
   changed.reserve(std::max(former.size(), overlapping.size()));
   std::set_difference(former.begin(), former.end(), overlapping.begin(), overlapping.end(),

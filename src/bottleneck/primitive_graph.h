@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <boost/container/small_vector.hpp>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -25,19 +26,22 @@ constexpr Slot kNoSlot = ~Slot{0};
 /// Overlaps of new or moved boxes are looked up in `updateAdjacency`, all at once. Not thread-safe.
 class PrimitiveGraph {
  public:
+  /// Beside the primitive: components are searched along them. A place has five.
+  using Neighbours = boost::container::small_vector<Slot, 8>;
+
   struct Primitive {
     NodeKey key = 0;
-    std::shared_ptr<const Embedding> embedding;  ///< not null while it is alive
-    Aabb box;
-    std::vector<double> scores;    ///< phi_1..phi_M; filled by the engine
-    SparseMasses relevance;        ///< p(y|x); filled by the engine
-    std::vector<Slot> neighbours;  ///< ascending by slot
     std::uint32_t component = kNoSlot;
     std::uint32_t former_component = kNoSlot;  ///< while its component is being found anew
     bool is_alive = false;
     bool is_box_pending = false;    ///< its overlaps are not looked up yet
     bool is_changed = true;         ///< since its component's tape was made: see FormerRun
     bool is_score_pending = false;  ///< its scores are not those of its embedding yet
+    Neighbours neighbours;          ///< ascending by slot
+    SparseMasses relevance;         ///< p(y|x); filled by the engine
+    std::vector<double> scores;     ///< phi_1..phi_M; filled by the engine
+    std::shared_ptr<const Embedding> embedding;  ///< not null while it is alive
+    Aabb box;
   };
 
   explicit PrimitiveGraph(Adjacency adjacency) : adjacency_(adjacency) {}

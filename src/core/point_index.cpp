@@ -4,16 +4,14 @@
 #include <algorithm>
 #include <iterator>
 #include <limits>
-#include <numeric>
 #include <utility>
 
 namespace tsg {
 
 PointIndex::PointIndex(std::vector<Eigen::Vector3d> points_m)
     : points_m_(std::move(points_m)), by_x_(points_m_.size()) {
-  std::iota(by_x_.begin(), by_x_.end(), std::size_t{0});
-  std::sort(by_x_.begin(), by_x_.end(),
-            [&](std::size_t a, std::size_t b) { return points_m_[a].x() < points_m_[b].x(); });
+  for (std::size_t i = 0; i < by_x_.size(); ++i) by_x_[i] = {points_m_[i].x(), i};
+  std::sort(by_x_.begin(), by_x_.end());
 }
 
 std::size_t PointIndex::findNearest(const Eigen::Vector3d& query_m) const {
@@ -26,15 +24,14 @@ std::size_t PointIndex::findNearest(const Eigen::Vector3d& query_m) const {
     return true;
   };
   const auto middle =
-      std::lower_bound(by_x_.begin(), by_x_.end(), query_m.x(),
-                       [&](std::size_t i, double x_m) { return points_m_[i].x() < x_m; });
+      std::lower_bound(by_x_.begin(), by_x_.end(), std::make_pair(query_m.x(), std::size_t{0}));
   auto right = middle;
   auto left = std::make_reverse_iterator(middle);
   bool goes_right = true;
   bool goes_left = true;
   while (goes_right || goes_left) {
-    goes_right = goes_right && right != by_x_.end() && visit(*right++);
-    goes_left = goes_left && left != by_x_.rend() && visit(*left++);
+    goes_right = goes_right && right != by_x_.end() && visit((right++)->second);
+    goes_left = goes_left && left != by_x_.rend() && visit((left++)->second);
   }
   return best.second;
 }

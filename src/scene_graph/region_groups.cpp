@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <set>
 #include <tuple>
+#include <unordered_map>
 #include <utility>
 
 namespace tsg::scene_graph {
@@ -93,6 +94,12 @@ std::uint64_t hashPlaces(const std::vector<PlaceId>& places) {
   return hash.value();
 }
 
+/// What one large group gave is in order already.
+template <typename Pairs>
+void sortIfNeeded(Pairs& pairs) {
+  if (!std::is_sorted(pairs.begin(), pairs.end())) std::sort(pairs.begin(), pairs.end());
+}
+
 PlaceGroups tidy(PlaceGroups groups) {
   groups.erase(std::remove_if(groups.begin(), groups.end(),
                               [](const std::vector<PlaceId>& group) { return group.empty(); }),
@@ -141,16 +148,23 @@ void RegionIds::adopt(const std::map<RegionId, std::vector<PlaceId>>& places_of)
   }
 }
 
-std::vector<RegionIds::Share> RegionIds::findShares(
-    const PlaceGroups& groups, const std::unordered_map<PlaceId, RegionId>& region_of) {
+std::vector<RegionIds::Share> RegionIds::findShares(const PlaceGroups& groups,
+                                                    const PlaceRegions& region_of) {
+  std::vector<std::pair<PlaceId, std::size_t>> group_of;
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    for (const PlaceId place : groups[i]) group_of.emplace_back(place, i);
+  }
+  sortIfNeeded(group_of);
+  std::vector<std::map<RegionId, std::size_t>> shared(groups.size());
+  auto former = region_of.begin();
+  for (const auto& [place, group] : group_of) {
+    while (former != region_of.end() && former->first < place) ++former;
+    if (former == region_of.end()) break;
+    if (former->first == place) ++shared[group][former->second];
+  }
   std::vector<Share> shares;
   for (std::size_t i = 0; i < groups.size(); ++i) {
-    std::map<RegionId, std::size_t> shared;
-    for (const PlaceId place : groups[i]) {
-      const auto found = region_of.find(place);
-      if (found != region_of.end()) ++shared[found->second];
-    }
-    for (const auto& [id, count] : shared) shares.push_back({count, id, i});
+    for (const auto& [id, count] : shared[i]) shares.push_back({count, id, i});
   }
   std::sort(shares.begin(), shares.end(), [](const Share& a, const Share& b) {
     if (a.count != b.count) return a.count > b.count;
@@ -200,22 +214,23 @@ std::vector<RegionId> RegionIds::match(const PlaceGroups& groups) {
 }
 
 /// Sets the ids of groups that were there before. No other group has one of their places, so no
-/// other can ask for their ids. @returns the regions of the other places
-std::unordered_map<PlaceId, RegionId> RegionIds::matchUnchanged(const PlaceGroups& groups,
-                                                                std::vector<RegionId>& ids) const {
+/// other can ask for their ids. @returns the regions of the other places, ascending
+RegionIds::PlaceRegions RegionIds::matchUnchanged(const PlaceGroups& groups,
+                                                  std::vector<RegionId>& ids) const {
   std::unordered_map<PlaceId, std::size_t> group_of;  // by its first place
   for (std::size_t i = 0; i < groups.size(); ++i) {
     if (!groups[i].empty()) group_of[groups[i].front()] = i;
   }
-  std::unordered_map<PlaceId, RegionId> region_of;
+  PlaceRegions region_of;
   for (std::size_t k = 0; k < groups_.size(); ++k) {
     const auto found = groups_[k].empty() ? group_of.end() : group_of.find(groups_[k].front());
     if (found != group_of.end() && groups[found->second] == groups_[k]) {
       ids[found->second] = ids_[k];
     } else {
-      for (const PlaceId place : groups_[k]) region_of[place] = ids_[k];
+      for (const PlaceId place : groups_[k]) region_of.emplace_back(place, ids_[k]);
     }
   }
+  sortIfNeeded(region_of);
   return region_of;
 }
 

@@ -3,7 +3,7 @@
 
 #include <cstddef>
 #include <map>
-#include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "task_scene_graph/core/primitives.h"
@@ -36,16 +36,16 @@ class RegionIds {
  private:
   static constexpr std::size_t kMaxNames = 10000;
 
+  using PlaceRegions = std::vector<std::pair<PlaceId, RegionId>>;  ///< ascending
+
   struct Share {
     std::size_t count = 0;  ///< places that they have in common
     RegionId id;            ///< of the former group
     std::size_t group = 0;
   };
 
-  std::unordered_map<PlaceId, RegionId> matchUnchanged(const PlaceGroups& groups,
-                                                       std::vector<RegionId>& ids) const;
-  static std::vector<Share> findShares(const PlaceGroups& groups,
-                                       const std::unordered_map<PlaceId, RegionId>& region_of);
+  PlaceRegions matchUnchanged(const PlaceGroups& groups, std::vector<RegionId>& ids) const;
+  static std::vector<Share> findShares(const PlaceGroups& groups, const PlaceRegions& region_of);
   /// Gives groups that were there before their ids.
   static void claimKnown(const std::vector<Share>& shares, const std::vector<RegionId>& known,
                          std::vector<RegionId>& ids);

@@ -329,12 +329,18 @@ void RegionLayer::setMergeLosses(const std::vector<RegionCluster>& regions,
     bottleneck::SparseMasses tasks;
     double count = 0.0;
   };
-  std::map<RegionId, Mass> masses;
+  std::map<RegionId, Mass> masses;  // of the regions that have an edge
+  for (const RegionEdge& edge : edges) {
+    masses.try_emplace(edge.a);
+    masses.try_emplace(edge.b);
+  }
   for (const RegionCluster& region : regions) {
+    const auto mass = masses.find(region.id);
+    if (mass == masses.end()) continue;
     std::vector<bottleneck::NodeKey> keys;
     for (const PlaceId place : region.places) keys.push_back(place.value);
     const auto [tasks, count] = clustering_->sumRelevance(keys);
-    masses[region.id] = {tasks, static_cast<double>(count)};
+    mass->second = {tasks, static_cast<double>(count)};
   }
   const auto clustering = config_.placeClustering();
   const bool is_share = clustering.normaliser == bottleneck::Normaliser::kPaper;

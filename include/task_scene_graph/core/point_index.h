@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 namespace tsg {
@@ -22,7 +23,7 @@ class PointIndex {
 
  private:
   std::vector<Eigen::Vector3d> points_m_;
-  std::vector<std::size_t> by_x_;
+  std::vector<std::pair<double, std::size_t>> by_x_;  ///< x and index, ascending
 };
 
 }  // namespace tsg
