@@ -19,6 +19,9 @@ bool isSame(const GroundNode& a, const GroundNode& b) {
 /// What was not walked is surely floor from so many times the least area on.
 constexpr double kSurelyFloor = 6.0;
 
+/// What goes down by more than so many steps is a drop. With one, steps that were seen in part are.
+constexpr double kDropSteps = 1.5;
+
 /// Range of voxel indices whose centres lie between two heights.
 struct VoxelRange {
   int first = 0;
@@ -221,8 +224,8 @@ void FloorMap::addWay(const VoxelMap& voxels, const WayMap& way, const TileIndex
 
 /// True if a column beside it has ground below and none that so many steps would reach.
 bool FloorMap::isCliffEdge(const TilesAround<Tile>& around, const Column& column, float height_m,
-                           int num_steps) const {
-  const auto max_step_m = static_cast<float>(num_steps * config_.max_step_m);
+                           double steps) const {
+  const auto max_step_m = static_cast<float>(steps * config_.max_step_m);
   for (int i = 0; i < 9; ++i) {
     const Column beside{column.x + i % 3 - 1, column.y + i / 3 - 1};
     const Tile* tile = around.find(beside);
@@ -273,10 +276,10 @@ bool FloorMap::makePatches(const TileIndex& index) {
   for (GroundNode& node : tile.nodes) {
     before.emplace_back(node.patch, node.is_drop);
     const Column column = computeColumn(index, node.offset);
-    const bool is_ground = node.is_walked || (!isCliffEdge(around, column, node.height_m, 1) &&
+    const bool is_ground = node.is_walked || (!isCliffEdge(around, column, node.height_m, 1.0) &&
                                               !isSteep(around, column, node.height_m));
     node.patch = is_ground ? -2 : -1;
-    node.is_drop = !is_ground && isCliffEdge(around, column, node.height_m, 2);
+    node.is_drop = !is_ground && isCliffEdge(around, column, node.height_m, kDropSteps);
   }
   const std::vector<Patch> old = std::move(tile.patches);
   tile.patches.clear();

@@ -21,7 +21,7 @@ struct GroundNode {
   bool is_walked = false;
   bool is_axis = false;  ///< the middle of the body was here
   int patch = -1;        ///< that it belongs to; -1 = at the edge of a drop, no floor
-  bool is_drop = false;  ///< an edge beside which the ground lies more than two steps lower
+  bool is_drop = false;  ///< an edge beside which the ground lies more than 1.5 steps lower
   bool is_ramp = false;  ///< the way climbs here, over steps of which not all need have been seen
 };
 
@@ -60,7 +60,7 @@ class FloorMap {
     }
   }
 
-  /// Calls `visit(node)` for the edges of floor beside which it goes down by more than two steps
+  /// Calls `visit(node)` for the edges of floor beside which it goes down by more than 1.5 steps
   /// and where nobody walked, by column, then by height.
   template <typename Visit>
   void forEachDrop(const TileIndex& index, Visit visit) const {
@@ -98,7 +98,7 @@ class FloorMap {
   void addWay(const VoxelMap& voxels, const WayMap& way, const TileIndex& index,
               std::vector<GroundNode>& nodes) const;
   bool isCliffEdge(const TilesAround<Tile>& around, const Column& column, float height_m,
-                   int num_steps) const;
+                   double steps) const;
   bool isBesideFloor(const Column& column, float height_m) const;
   bool isSteep(const TilesAround<Tile>& around, const Column& column, float height_m) const;
   bool makePatches(const TileIndex& index);

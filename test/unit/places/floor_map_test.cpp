@@ -7,6 +7,8 @@
 
 #include "box_world.h"
 #include "layers.h"
+#include "places/way_map.h"
+#include "sparse_config.h"
 
 namespace tsg::places {
 namespace {
@@ -90,6 +92,32 @@ TEST(Floors, StairsJoinTwoLevelsAndAPlatformStaysApart) {
   BoxWorld cliff;
   cliff.addFloor(0, 0, 3, 3).add({3, 0, -0.3}, {9, 6, 0.85});
   EXPECT_EQ(test::findParts(SeenWorld(cliff, view).extractor.graph()).size(), 2U);
+}
+
+TEST(Floors, DropsAreEdgesOfMoreThanOneAndAHalfSteps) {
+  for (const double fall_m : {0.15, 0.25, 0.35, 1.0}) {  // a step is 0.2 m
+    SCOPED_TRACE(fall_m);
+    BoxWorld world;
+    world.addFloor(0, 0, 10, 7).add({0, 0, -0.3}, {5, 7, fall_m});
+    mapping::TsdfVolume volume(kVoxel_m);
+    VoxelMap voxels;
+    const auto changed =
+        voxels.copyBlocks(volume, test::observe(world, makeAabb({0, 0, -0.5}, {10, 7, 3}), volume));
+    const TileSet tiles(changed.begin(), changed.end());
+    const PlacesConfig config = makeSparseConfig();
+    FloorMap floors(config);
+    floors.readGround(voxels, tiles);
+    floors.update(voxels, WayMap(config), tiles);
+    int num_drops = 0;
+    for (const TileIndex& index : tiles) {
+      floors.forEachDrop(index, [&](const GroundNode& node) {
+        ++num_drops;
+        EXPECT_NEAR(node.height_m, fall_m, 0.05);
+        EXPECT_NEAR((computeColumn(index, node.offset).x + 0.5) * kVoxel_m, 5.0, 0.11);
+      });
+    }
+    EXPECT_EQ(num_drops, fall_m > 0.3 ? 70 : 0);
+  }
 }
 
 TEST(Floors, ARampOfNoiseDoesNotLeadOntoACabinet) {
