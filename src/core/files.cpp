@@ -73,23 +73,27 @@ void requireFile(const std::string& what, const fs::path& path) {
   throw std::runtime_error(where + " cannot be read: " + std::strerror(errno));
 }
 
-void writeFileAtomically(const fs::path& path, const std::function<void(std::ostream&)>& write) {
+void replaceFile(const fs::path& path, const std::function<void(const fs::path&)>& write) {
   std::error_code error;
   if (path.has_parent_path()) fs::create_directories(path.parent_path(), error);
   if (error) fail(path, error.message());
   removeStale(path);
   const fs::path temporary = path.string() + kTemporary + std::to_string(getpid());
   const Cleanup cleanup(temporary);
-  {
+  write(temporary);
+  flushToDisk(temporary);
+  fs::rename(temporary, path, error);
+  if (error) fail(path, error.message());
+}
+
+void writeFileAtomically(const fs::path& path, const std::function<void(std::ostream&)>& write) {
+  replaceFile(path, [&](const fs::path& temporary) {
     std::ofstream stream(temporary, std::ios::binary);
     if (!stream) fail(path, std::strerror(errno));
     write(stream);
     stream.close();
     if (!stream) fail(path, "writing failed (is the disk full?)");
-  }
-  flushToDisk(temporary);
-  fs::rename(temporary, path, error);
-  if (error) fail(path, error.message());
+  });
 }
 
 std::string formatCount(std::size_t count, const std::string& singular) {

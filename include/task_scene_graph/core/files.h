@@ -31,6 +31,10 @@ void requireFile(const std::string& what, const std::filesystem::path& path);
 void writeFileAtomically(const std::filesystem::path& path,
                          const std::function<void(std::ostream&)>& write);
 
+/// The same of a file that `write` opens itself, by the temporary name.
+void replaceFile(const std::filesystem::path& path,
+                 const std::function<void(const std::filesystem::path& temporary)>& write);
+
 /// A file that a program wrote, and what it holds: {"mesh.ply", "120000 vertices"}.
 struct WrittenFile {
   std::string name;

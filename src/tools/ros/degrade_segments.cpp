@@ -14,6 +14,7 @@
 
 #include "../command_line.h"
 #include "task_scene_graph/config/config.h"
+#include "task_scene_graph/core/files.h"
 #include "task_scene_graph/ros/message_conversions.h"
 #include "task_scene_graph/simulation/segment_faults.h"
 
@@ -97,21 +98,15 @@ std::size_t copy(const Arguments& arguments, const fs::path& output) {
 }
 
 void run(const Arguments& arguments) {
-  const fs::path part = arguments.output + ".part";
-  try {
-    const std::size_t count = copy(arguments, part);
-    if (count == 0) {
-      throw std::runtime_error("bag '" + arguments.input + "' has no segmentation on topic '" +
-                               arguments.topic + "'; name another with --topic");
-    }
-    fs::rename(part, arguments.output);
-    std::cout << "[degrade_segments] " << arguments.output << ": "
-              << formatCount(count, "segmentation") << '\n';
-  } catch (...) {
-    std::error_code ignored;
-    fs::remove(part, ignored);
-    throw;
-  }
+  std::size_t count = 0;
+  replaceFile(arguments.output, [&](const fs::path& temporary) {
+    count = copy(arguments, temporary);
+    if (count > 0) return;
+    throw std::runtime_error("bag '" + arguments.input + "' has no segmentation on topic '" +
+                             arguments.topic + "'; name another with --topic");
+  });
+  std::cout << "[degrade_segments] " << arguments.output << ": "
+            << formatCount(count, "segmentation") << '\n';
 }
 
 }  // namespace

@@ -241,26 +241,18 @@ void showProgress(std::size_t done, std::size_t total) {
   }
 }
 
-/// Writes to a temporary name and renames, so that a bag is there whole or not at all.
 SeenSurface writeBag(const Options& options, const Apartment& apartment,
                      const std::vector<WalkPose>& walk, const std::vector<WalkPose>& odometry) {
-  const fs::path temporary = options.output.string() + ".part";
-  if (options.output.has_parent_path()) fs::create_directories(options.output.parent_path());
-  try {
-    BagWriter writer(options, apartment);
+  BagWriter writer(options, apartment);
+  replaceFile(options.output, [&](const fs::path& temporary) {
     rosbag::Bag bag(temporary.string(), rosbag::bagmode::Write);
     for (std::size_t i = 0; i < walk.size(); ++i) {
       writer.writeFrame(bag, walk[i], odometry[i].T_world_camera, static_cast<std::int64_t>(i));
       showProgress(i + 1, walk.size());
     }
     bag.close();
-    fs::rename(temporary, options.output);
-    return writer.seen();
-  } catch (...) {
-    std::error_code ignored;
-    fs::remove(temporary, ignored);
-    throw;
-  }
+  });
+  return writer.seen();
 }
 
 void writeOdometry(const fs::path& path, const std::vector<WalkPose>& odometry) {
