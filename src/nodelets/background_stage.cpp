@@ -244,6 +244,11 @@ void BackgroundStage::stop() {
   late_.stop();
 }
 
+Stamp BackgroundStage::firstFrame() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return trajectory_.isEmpty() ? Stamp{} : Stamp{trajectory_.poses().begin()->first};
+}
+
 Stamp BackgroundStage::newestFrame() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return newest_frame_;

@@ -82,6 +82,7 @@ class BackgroundStage {
   }
 
   /// Stamp of the newest integrated frame; 0 if there is none.
+  Stamp firstFrame() const;  ///< of the trajectory; 0 without one
   Stamp newestFrame() const;
   /// Number of the newest place graph that was published; 0 if there is none.
   std::uint64_t placeSequence() const { return places_.sequence(); }

@@ -7,6 +7,8 @@
 #include <task_scene_graph/SaveMapPart.h>
 
 #include <algorithm>
+#include <iomanip>
+#include <sstream>
 #include <stdexcept>
 #include <utility>
 
@@ -28,6 +30,9 @@ using scene_graph::SceneGraphBuilder;
 constexpr double kSaveTimeout_s = 60.0;
 constexpr double kSaveQuiet_s = 15.0;
 
+// Stages start one after the other, and the first frames of one may be before those of the next.
+constexpr double kStart_s = 5.0;
+
 /// Runs something at the end of its life, whatever happens.
 class AtEnd {
  public:
@@ -39,6 +44,13 @@ class AtEnd {
  private:
   std::function<void()> action_;
 };
+
+/// When the first thing was seen; `otherwise` if there is none.
+Stamp findFirstSeen(const map::Map& map, Stamp otherwise) {
+  Stamp first = otherwise;
+  for (const auto& primitive : map.primitives()) first = std::min(first, primitive->first_seen);
+  return first;
+}
 
 /// What has come since a map was loaded into the stage before: kept beside the map.
 struct NewerThings {
@@ -139,6 +151,15 @@ std::vector<WrittenFile> MapServices::writeBackground(const fs::path& folder, co
     const std::string& why = call.response.message;
     flushed.missing.push_back(service + ": " + (why.empty() ? "the call failed" : why));
     return {};
+  }
+  const Stamp since = ros_interface::toStamp(call.response.since);
+  const double missing_s = secondsBetween(findFirstSeen(map, since), since);
+  if (missing_s > kStart_s) {
+    std::ostringstream text;
+    text << std::fixed << std::setprecision(1) << stage
+         << ": was started anew; mesh, places, trajectory and grids lack the first " << missing_s
+         << " s of the map, up to " << since.seconds() << " s";
+    flushed.missing.push_back(text.str());
   }
   std::vector<WrittenFile> files;
   for (std::size_t i = 0; i < call.response.files.size(); ++i) {

@@ -322,6 +322,7 @@ bool MeshFusionNodelet::savePart(msg::SaveMapPartRequest& request,
   try {
     const Stamp newest = requireFrames();
     object_of_primitive_ = pairObjects(request.primitives, request.objects);
+    response.since = ros_interface::toRosTime(background_->firstFrame());
     for (const auto& file : writePart(request.folder, map::BackgroundFiles::kAll)) {
       response.files.push_back(file.name);
       response.contents.push_back(file.content);

@@ -82,6 +82,17 @@ class ChainProgram {
     earth_.sendTransform(T_earth_world);
     for (const auto& command : commands) pids_.push_back(startProgram(command));
   }
+  /// Ends one of the programs as a crash does, and starts it again.
+  void crash(std::size_t index, const std::vector<std::string>& command) {
+    kill(pids_[index], SIGKILL);
+    waitForExit(pids_[index]);
+    pids_[index] = startProgram(command);
+  }
+  static std_srvs::TriggerResponse save() {
+    std_srvs::Trigger call;
+    EXPECT_TRUE(ros::service::call("/scene_graph/save_map", call));
+    return call.response;
+  }
   ~ChainProgram() { interrupt(); }
   std::string map() const { return (folder_.path() / "map").string(); }
 
@@ -153,6 +164,22 @@ TEST(Shutdown, InterruptOfSeparateProcessesLeavesACompleteMap) {
   EXPECT_EQ(chain.readSummary().at("counts").at("objects"), 2);
   const std::string mesh = chain.readFile("mesh.ply");
   EXPECT_NE(mesh.find("object_id"), std::string::npos);
+}
+
+TEST(Shutdown, AStageThatWasStartedAnewIsNamedWhenTheMapIsSaved) {
+  const Commands nodes = makeSeparateNodes();
+  ChainProgram chain(nodes, 2);
+  ASSERT_NO_FATAL_FAILURE(chain.play(20));
+  ASSERT_TRUE(ChainProgram::save().success);
+  chain.crash(1, nodes[1]);
+  ASSERT_TRUE(ros::service::waitForService("/mesh_fusion/save_map_part", ros::Duration(60.0)));
+  ASSERT_NO_FATAL_FAILURE(chain.play(20, [](int i) { return makeMessages(i, 200.0); }));
+  const auto saved = ChainProgram::save();
+  EXPECT_FALSE(saved.success);
+  EXPECT_NE(saved.message.find("/mesh_fusion: was started anew"), std::string::npos)
+      << saved.message;
+  EXPECT_NE(saved.message.find("lack the first 100.0 s"), std::string::npos) << saved.message;
+  EXPECT_EQ(chain.interrupt(), 0);
 }
 
 TEST(Shutdown, InterruptOfStagesInAManagerOfOthersLeavesACompleteMapAndTheManager) {
