@@ -208,16 +208,16 @@ nlohmann::json toJson(const ObjectScores& scores) {
                     {"correct_strict", row.correct_strict},
                     {"correct_relaxed", row.correct_relaxed}});
   }
-  return {
-      {"strict", toJson(scores.strict)},
-      {"relaxed", toJson(scores.relaxed)},
-      {"iou", scores.iou},
-      {"center_error_m", scores.center_error_m ? nlohmann::json(*scores.center_error_m) : nullptr},
-      {"num_objects", scores.num_objects},
-      {"num_true", scores.num_true},
-      {"num_kept", scores.num_kept},
-      {"num_false", countFalse(scores)},
-      {"tasks", rows}};
+  return {{"strict", toJson(scores.strict)},
+          {"relaxed", toJson(scores.relaxed)},
+          {"iou", scores.iou},
+          {"center_error_m",
+           scores.center_error_m ? nlohmann::json(*scores.center_error_m) : nlohmann::json()},
+          {"num_objects", scores.num_objects},
+          {"num_true", scores.num_true},
+          {"num_kept", scores.num_kept},
+          {"num_false", countFalse(scores)},
+          {"tasks", rows}};
 }
 
 void printTasks(const ObjectScores& scores) {
