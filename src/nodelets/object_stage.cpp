@@ -100,7 +100,12 @@ void ObjectStage::publish(bool is_reset, bool wait) {
       ros_interface::toMessage(update.primitives, newest_tracks_, options_.world_frame);
   for (const PrimitiveId id : update.withdrawn) message->withdrawn.push_back(id.value);
   message->is_reset = is_reset ? 1 : 0;
+  publishNext(message);
+}
+
+void ObjectStage::publishNext(const msg::ObjectPrimitivesPtr& message) {
   message->epoch = epoch_.epoch();
+  const std::lock_guard<std::mutex> lock(sequence_mutex_);
   message->sequence = ++sequence_;
   publisher_.publish(message);
 }
@@ -119,17 +124,21 @@ void ObjectStage::sendAll(ros_interface::PartSender& sender) const {
     const std::lock_guard<std::mutex> lock(primitives_mutex_);
     std::vector<ObjectPrimitivePtr> part;
     std::size_t bytes = 0;
-    for (auto next = primitives_.upper_bound(last);
-         next != primitives_.end() && bytes < ros_interface::PartSender::kMaxPartBytes; ++next) {
+    auto next = primitives_.upper_bound(last);
+    for (; next != primitives_.end() && bytes < ros_interface::PartSender::kMaxPartBytes; ++next) {
       bytes += countBytes(*next->second);
       part.push_back(next->second);
     }
-    if (part.empty()) return;
-    last = part.back()->id;
-    const auto message =
-        ros_interface::toMessage(part, part.back()->last_seen, options_.world_frame);
+    if (!part.empty()) last = part.back()->id;
+    const auto message = ros_interface::toMessage(
+        part, part.empty() ? Stamp{} : part.back()->last_seen, options_.world_frame);
     message->epoch = epoch_.epoch();
-    sender.send(*message);
+    // What was published before this subscriber came is stored: with the last part it has it all.
+    const std::lock_guard<std::mutex> sequence_lock(sequence_mutex_);
+    const bool is_last = next == primitives_.end();
+    message->sequence = is_last ? sequence_.load() : 0;
+    if (!part.empty() || message->sequence > 0) sender.send(*message);
+    if (is_last) return;
   }
 }
 
@@ -247,9 +256,7 @@ void ObjectStage::send(const std::vector<ObjectPrimitivePtr>& primitives, bool a
   for (std::size_t i = 0; are_moved && i < primitives.size(); ++i) {
     message->withdrawn.push_back(primitives[i]->id.value);  // what is there anew replaces it
   }
-  message->epoch = epoch_.epoch();
-  message->sequence = ++sequence_;
-  publisher_.publish(message);
+  publishNext(message);
 }
 
 void ObjectStage::stop() {

@@ -94,6 +94,8 @@ class ObjectStage {
   void follow(const MapCorrection& correction);
   /// @param are_moved  they take the place of those of their ids
   void send(const std::vector<ObjectPrimitivePtr>& primitives, bool are_moved = false);
+  /// Numbers a message and sends it to all.
+  void publishNext(const msg::ObjectPrimitivesPtr& message);
   void store(const pipeline::ObjectUpdate& update);
   void sendAll(ros_interface::PartSender& sender) const;
 
@@ -108,6 +110,7 @@ class ObjectStage {
   Stamp newest_tracks_;
   mutable std::mutex primitives_mutex_;
   std::map<PrimitiveId, ObjectPrimitivePtr> primitives_;
+  mutable std::mutex sequence_mutex_;       ///< held while a message is numbered and sent
   std::atomic<std::uint64_t> sequence_{0};  ///< of the newest message
   ros_interface::LateSubscribers late_;
   ros::Publisher publisher_;

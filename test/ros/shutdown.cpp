@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 #include <nodelet/NodeletList.h>
+#include <ros/network.h>
 #include <std_srvs/Trigger.h>
 #include <sys/wait.h>
 #include <tf2_ros/static_transform_broadcaster.h>
 #include <unistd.h>
 #include <visualization_msgs/MarkerArray.h>
+#include <xmlrpcpp/XmlRpcClient.h>
 
 #include <csignal>
 #include <nlohmann/json.hpp>
@@ -41,6 +43,29 @@ int waitForExit(pid_t pid) {
     return -1;
   }
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+/// Whether a node is connected to a publisher of a topic.
+bool isConnected(const std::string& node, const std::string& topic) {
+  XmlRpc::XmlRpcValue request;
+  request[0] = ros::this_node::getName();
+  request[1] = node;
+  XmlRpc::XmlRpcValue response;
+  XmlRpc::XmlRpcValue uri;
+  if (!ros::master::execute("lookupNode", request, response, uri, false)) return false;
+  std::string host;
+  std::uint32_t port = 0;
+  ros::network::splitURI(uri, host, port);
+  XmlRpc::XmlRpcClient client(host.c_str(), static_cast<int>(port), "/");
+  XmlRpc::XmlRpcValue caller;
+  caller[0] = ros::this_node::getName();
+  XmlRpc::XmlRpcValue result;
+  if (!client.execute("getBusInfo", caller, result)) return false;
+  for (int i = 0; i < result[2].size(); ++i) {  // number, peer, direction, transport, topic
+    XmlRpc::XmlRpcValue& link = result[2][i];
+    if (std::string(link[2]) == "i" && std::string(link[4]) == topic) return true;
+  }
+  return false;
 }
 
 using Commands = std::vector<std::vector<std::string>>;
@@ -104,6 +129,7 @@ class ChainProgram {
     ASSERT_TRUE(tracks_.waitForPublisher());
     ASSERT_TRUE(robot_.waitForSubscribers(num_processes_));
     ASSERT_TRUE(robot_.waitForSegmentationSubscribers(num_processes_));
+    ASSERT_TRUE(waitForStages());
     for (int i = 0; i < num_frames; ++i) {
       const RobotMessages messages = make(i);
       robot_.publish(messages);
@@ -128,6 +154,16 @@ class ChainProgram {
   }
 
  private:
+  /// What a stage says before the next one is connected to it, this one never hears.
+  bool waitForStages() const {
+    if (num_processes_ < 2) return true;
+    return waitUntil([] {
+      return isConnected("/mesh_fusion", "/tracks") &&
+             isConnected("/scene_graph", "/object_primitives") &&
+             isConnected("/scene_graph", "/place_graph");
+    });
+  }
+
   TemporaryFolder folder_;
   Recorder<msg::Tracks> tracks_{"tracks"};
   Robot robot_;
@@ -225,6 +261,7 @@ TEST(Shutdown, LateSubscriberGetsAllPrimitivesAndTheWholeMesh) {
   Recorder<msg::ObjectPrimitives> primitives("object_primitives");
   EXPECT_TRUE(primitives.waitFor(
       [](const msg::ObjectPrimitives& message) { return message.primitives.size() >= 2; }));
+  EXPECT_GT(primitives.messages().back()->sequence, 0U);  // it has what was sent before it came
   Recorder<visualization_msgs::MarkerArray> mesh("mesh");
   EXPECT_TRUE(mesh.waitFor([](const visualization_msgs::MarkerArray& message) {
     return !message.markers.empty() && !message.markers[0].points.empty();
